@@ -183,8 +183,8 @@ def rays_per_second() -> str:
 
 ERROR_SIZE = 256
 TARGETS = (0.05, 0.02)
-OURS = ("niederreiter_one", "niederreiter")
-IN_TILES = "niederreiter_one, in tiles"  # from the first sample on; by itself, a renderer takes them after some seconds
+OURS = ("niederreiter", "niederreiter_two")
+IN_TILES = "niederreiter, in tiles"  # from the first sample on; by itself, a renderer takes them after some seconds
 THEIRS = ("multijitter", "ldsampler", "orthogonal")
 WITH_OPTION = "multijitter with mis_compensation"  # an option of Mitsuba's environments, off by default
 COUNTS = (4, 16, 64, 256)

@@ -5,7 +5,7 @@ python -m benchmarks.samplers [errors | compensation | mitsuba | times ...]
 ``errors`` compares the package's own samplers, and ``mitsuba`` those that tell their error with Mitsuba's. The error
 is the relative RMSE against a reference; a row is the root mean square over ``SEEDS`` renders. The slope is that of the
 line through the logarithms of counts and errors. Pixels in which a lamp is seen, and those beside them, are left out:
-their error is that of the lamp's edges. "sobol, one replica" and "niederreiter_one" give all samples to one sequence.
+their error is that of the lamp's edges. "sobol, one replica" and "niederreiter" give all samples to one sequence.
 
 ``compensation`` compares samples of all light with samples of the light that is above the mean of the environment, see
 ``lights.environment_light``.
@@ -32,7 +32,7 @@ SIZE, COUNTS, SEEDS = 96, (4, 16, 64, 256), 3
 REFERENCE_SPP, REFERENCE_SEED = 4096, 10**6
 SKY_SIZE, SUN_DEGREES, SUN_RADIANCE = (64, 128), 5.0, 20.0
 TIMED_SIZE, TIMED_SPP, RUNS = 256, 8, 15
-OURS, THEIRS = ("sobol", "niederreiter", "niederreiter_one"), ("independent", "multijitter", "orthogonal", "ldsampler")
+OURS, THEIRS = ("sobol", "niederreiter_two", "niederreiter"), ("independent", "multijitter", "orthogonal", "ldsampler")
 MORE_COUNTS, MORE_REFERENCE = (4, 16, 64, 256, 1024), 16384  # of the comparison with Mitsuba
 
 
@@ -48,7 +48,7 @@ class OneSobol(SobolSampler):
         return SobolSampler.point(self, seed, pixel, index << 1, dimension)
 
 
-SAMPLERS = ("independent", "sobol", OneSobol(), "niederreiter", "niederreiter_one")
+SAMPLERS = ("independent", "sobol", OneSobol(), "niederreiter_two", "niederreiter")
 
 
 def sun_and_sky() -> np.ndarray:

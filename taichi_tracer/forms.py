@@ -109,6 +109,9 @@ class Plan:
             target: the ``Target`` of ``render``. is_continued: whether the samples are added to those on the film.
         """
 
+    def ended(self) -> None:
+        """A call of ``render`` has ended: the plan may note how long it took."""
+
     def prepared_scene(self) -> Any:
         """The part of the scene that kernels use, whose lights have their tables."""
         with stage(LIGHTS):

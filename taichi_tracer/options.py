@@ -20,7 +20,7 @@ from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler
+from taichi_tracer.sampler import Sampler, UniformSampler
 from taichi_tracer.system.errors import one_of
 
 if TYPE_CHECKING:
@@ -111,8 +111,9 @@ class RendererOptions(TypedDict, total=False):
     camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
         renderer makes one that shows the scene. None takes the camera of the scene.
     jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
-    sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
-        ``uniform`` takes its directions from it.
+    sampler: the name of a registered sampler, or a ``Sampler``; None is one sequence for each pixel, and two sequences
+        for each pixel of an adaptive picture. If it is a ``UniformSampler``, the estimator ``uniform`` takes its
+        directions from it.
     seed: the seed of the random numbers; the same seed gives the same picture.
     first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and then
         merged.
@@ -124,7 +125,7 @@ class RendererOptions(TypedDict, total=False):
 
     camera: CameraChoice
     jitter: bool | None
-    sampler: SamplerChoice
+    sampler: SamplerChoice | None
     seed: int
     first_sample: int
     crop: tuple[int, int, int, int] | None
@@ -136,7 +137,7 @@ class RendererOptions(TypedDict, total=False):
 RENDERER_DEFAULTS: RendererOptions = {
     "camera": None,
     "jitter": None,
-    "sampler": DEFAULT_SAMPLER,
+    "sampler": None,
     "seed": 0,
     "first_sample": 0,
     "crop": None,

@@ -26,7 +26,7 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.random_numbers import RandomNumbers
-from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
+from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
-NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 39, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
@@ -130,9 +130,10 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         if self.adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self._integrators: dict[str, Integrator] = {}
-        chosen = PARTS.find("sampler", given["sampler"])
+        usual = ADAPTIVE_SAMPLER if self.adaptive else DEFAULT_SAMPLER
+        chosen = PARTS.find("sampler", given["sampler"] or usual)
         if isinstance(chosen, UniformSampler):
-            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", DEFAULT_SAMPLER)
+            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
         self.sampler: Sampler = sampler_of(chosen, self.camera)
         self.shares = Shares(self.width, self.height, self.adaptive)
         self.film = self._make_film(given["crop"])
@@ -347,6 +348,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.plan.expect(target, is_continued)
         self.seconds_before = self.rendered_seconds if is_continued else 0.0
         render_until(self, target, watch)
+        self.plan.ended()
         return self
 
     # ── whether the samples belong to the present state ──

@@ -22,7 +22,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLigh
 from taichi_tracer.random_numbers import RandomNumbers, given_or_drawn
 from taichi_tracer.system.seams import in_kernels, seams
 
-DEFAULT_SAMPLER = "niederreiter"
+DEFAULT_SAMPLER, ADAPTIVE_SAMPLER = "niederreiter", "niederreiter_two"  # of pictures; of adaptive ones
 
 
 @ti.data_oriented
@@ -33,8 +33,8 @@ class Sampler:
     Attributes:
         replicated: whether the samples with even and with odd index belong to two sequences. The two sequences are
             independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
-        doubles: whether all samples belong to one sequence. Then the error is bounded by the change of the picture when
-            the number of samples doubles.
+        doubles: whether all samples belong to one sequence. Then the change of the picture when the number of samples
+            doubles tells the error.
         is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
             the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
         shares_terms: whether the pair of ``next_2d_of_term`` has the dimension of the next ``next_2d``. ``get_2d`` then

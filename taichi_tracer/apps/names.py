@@ -19,6 +19,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A4Renderer
+from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.system import runtime
@@ -127,7 +128,7 @@ def names_of_options() -> dict[str, Names]:
     return {
         "cameras": of(PARTS.names("camera"), make_camera, "projection"),
         "handedness": of(HANDEDNESS, ProjectiveCamera, "handedness"),
-        "samplers": of(PARTS.names("sampler"), ProgressiveRenderer, "sampler"),
+        "samplers": Names(tuple(PARTS.names("sampler")), (DEFAULT_SAMPLER,)),
         "AOVs": Names(tuple(AOVS)),
         "tones": of(PARTS.names("tone curve"), Display, "tone"),
         "scenes": Names(tuple(scene_names())),

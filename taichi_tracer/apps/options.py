@@ -201,7 +201,11 @@ PICTURE = Group(
         ),
         of_value(MAX_DISTANCE, "UNITS", positive, default="10, or a round number that fits the scene"),
         of_value(MAP_OF, "NAME", name="map_of", default=MAP_OF.default),
-        Option("sampler", "where random numbers come from (default: niederreiter)", part="sampler"),
+        Option(
+            "sampler",
+            "where random numbers come from (default: niederreiter; niederreiter_two with --adaptive)",
+            part="sampler",
+        ),
         Option("seed", "of the random numbers (default: %(default)s)", "S", whole, 0),
         switch("jitter", "rays through random points of the pixels, in views too"),
     ),

@@ -5,9 +5,10 @@ from typing import Any
 
 from taichi_tracer.fast.counted_tiles import CountedTiles
 from taichi_tracer.fast.far_light import form_class
+from taichi_tracer.fast.kept_forms import KEPT, key_of
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, why_not_kept
-from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
+from taichi_tracer.fast.tiles import LONG, MUCH, TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.fast.wide_instances import WideInstances
@@ -19,6 +20,7 @@ from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, stage
 
 INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, WideInstances, FastBruteForce)}
 KEPT_INTEGRATORS = 8  # forms of estimators: going back to one of so many compiles nothing
+NOTED = 0.2  # seconds of rendering without tiles: fewer are not noted
 KEPT_TILES = 4  # the same of their tiles, which need more memory
 OF_PACKAGE = "camera and intersector belong to the package"
 KEPT_HITS = Form("eye rays", "hits are kept; large pictures use packets", OF_PACKAGE, True)
@@ -150,16 +152,35 @@ class FastPlan(Plan):
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
             were_used = (scene, r.active, self.eye_rays, r.watcher) in self._tiles
             is_long = is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
-            is_possible = (were_used or r.use_tiles or is_long) and can_take_tiles(r, scene, r.active)
+            is_wanted = were_used or r.use_tiles or is_long or self.has_paid(scene)
+            is_possible = is_wanted and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
             key = scene, r.active, self.eye_rays, r.watcher
             self.tiles = self._tiles.get(key, lambda: self.new_tiles(scene)) if is_possible else None
         return self.tiles
 
+    def has_paid(self, scene: Any) -> bool:
+        """Whether tiles are kept or would have paid before, in this process or in others, and much is to be rendered."""
+        r = self.renderer
+        pixels = pixels_in(r.film.ranges)
+        if r.progress.target.passes(pixels) * pixels < MUCH:
+            return False
+        return KEPT.seconds(key_of(r, scene, r.active)) >= LONG
+
+    def ended(self) -> None:
+        """Note how long was rendered without tiles."""
+        r = self.renderer
+        if self.in_tiles or r.use_tiles is False or r.progress.seconds < NOTED:
+            return
+        scene = self.prepared_scene()
+        if can_take_tiles(r, scene, r.active):
+            KEPT.add(key_of(r, scene, r.active), r.progress.seconds)
+
     def new_tiles(self, scene: Any) -> Tiles:
         """Tiles, which are watched if the renderer's samples are."""
         r = self.renderer
+        KEPT.add(key_of(r, scene, r.active), math.inf)
         return (Tiles if r.watcher is None else CountedTiles)(r, scene, r.active)
 
     def tiles_of_view(self) -> ViewTiles | None:

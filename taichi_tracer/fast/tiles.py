@@ -31,12 +31,16 @@ from taichi_tracer.picture.progress import Progress
 from taichi_tracer.scene_in_kernels import may_meet
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.varying import varying
 
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
+MUCH = (
+    4_000_000  # samples of all pixels: from then on, kept tiles gain more than the half second that their start takes
+)
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 
@@ -146,8 +150,8 @@ class Tiles:
         self.weights = issubclass(form, FarMis)
         renderer.eye_rays.is_long = True
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
-        self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
-        self.turns = Turns(self.across * self.upwards)
+        across, upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
+        self.upwards, self.turns = varying(upwards), Turns(across * upwards)
         places, most = self.turns.places, SIDE * SIDE * form.techniques
         self.shadow_rays = shadow_rays(scene.ray_intersector, places, most)
         self.has_groups = getattr(renderer.eye_rays, "has_groups", False)  # as kept hits may have, see ``primary_hits``

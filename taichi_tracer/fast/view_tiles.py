@@ -14,6 +14,7 @@ from taichi_tracer.fast.pixel_lanes import generate_rays
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory
+from taichi_tracer.system.varying import varying
 
 PIECE = 64  # tiles that a thread takes at a time
 
@@ -42,8 +43,9 @@ class ViewTiles:
     def __init__(self, hits: PrimaryHits, ranges: tuple[tuple[int, int], tuple[int, int]]) -> None:
         self.hits = hits
         (self.x0, self.x1), (self.y0, self.y1) = ranges
-        self.first = self.x0 // TILE, self.y0 // TILE
-        self.across, self.upwards = -(-self.x1 // TILE) - self.first[0], -(-self.y1 // TILE) - self.first[1]
+        self.first = varying((self.x0 // TILE, self.y0 // TILE))
+        across, upwards = -(-self.x1 // TILE) - self.first[0], -(-self.y1 // TILE) - self.first[1]
+        self.across, self.upwards = varying((across, upwards))
         self.turns = Turns(-(-self.across * self.upwards // PIECE))
         self._memory = memory.Memory(scratch="ViewTiles")
         self.o, self.d = (ti.Vector.field(LANES, float) for _ in range(2))

@@ -11,10 +11,18 @@ independently. Samples of even index follow the first scrambling, samples of odd
 k = 2 groups, and v = (mean_even − mean_odd)² / 4 (replicated randomised quasi-Monte Carlo: Owen, "Monte Carlo theory,
 methods and examples"). For one pixel, this estimate is rough. For a whole picture, it is precise.
 
-If all samples are one sequence, there are no such groups. Then the two halves are the first 2^m samples and the
-others. When as many others have been added, half of the difference of the two means is |I_2n − I_n|, the change of the
-mean I by the doubling of n. I_2n is the better of the two, so that |I_2n − I_n| is mostly the error of I_n: a bound for
-the error of I_2n. Between two powers of two, the others are fewer and their mean is rougher: the bound is wider.
+**One sequence.** If all samples of a pixel are one sequence, the mean is better, and there are no independent groups.
+Then the halves are the first 2^m samples, with the mean A, and the n − 2^m others, with the mean B. Both err equally if
+they are equally many, and whatever their covariance, E[(A − B)² / 4] = e²(n/2) − e²(n): what the doubling of the
+samples removes of the mean square error e². For independent samples this is e²(n). Because the samples of a sequence
+avoid each other, it is more: if e² falls as n^(−5/4), e²(n) is 0.73 of it, and 0.55 if as n^(−3/2). The sequence is one
+in base 4, so that a doubling that completes a power of 4 removes more than the one before. Therefore
+
+    v = κ² (A − B)² 2^m (n − 2^m) / n²
+
+with the κ that was measured for both kinds of doublings on many scenes (``python -m benchmarks.error calibration``). It
+differs from scene to scene, and the interval below is widened by ``SPREAD_OF_ONE``. If the others are fewer than a
+quarter of 2^m, their mean is too rough. Then A − B is that of the last doubling.
 
 **The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error is random,
 too: both are sums of squares of about normal numbers, as many as pixels matter. If single pixels have most of the
@@ -55,6 +63,10 @@ import taichi.math as tm
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration glints``)
+TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.86  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
+POWERS_OF_4 = 0x55555555
+SPREAD_OF_ONE = 0.28  # the logarithm of the factor by which κ differs at most, in 95 of 100 pictures
+FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
@@ -85,6 +97,33 @@ def error_from_halves(total_even, n_even, total_odd, n_odd):
     n = n_even + n_odd
     difference = total_even / n_even - total_odd / n_odd
     return abs(difference) * tm.sqrt(ti.cast(n_even, float) * n_odd) / n
+
+
+@ti.func
+def error_of_sequence(before, total_first, n_first, total_others, n_others):
+    """Standard error of the mean of one sequence; see above.
+
+    Args:
+        before: the mean of the first half of the first samples.
+        total_first, n_first: sum and number of the first 2^m samples. total_others, n_others: of those after them.
+    """
+    e = error_from_halves(total_first, n_first, total_others, n_others)
+    is_from_power = n_first & POWERS_OF_4 != 0
+    if n_others * FEW_OTHERS < n_first:
+        e = abs(total_first / n_first - before)
+        is_from_power = not is_from_power
+    return ti.select(is_from_power, FROM_POWER_OF_4, TO_POWER_OF_4) * e
+
+
+def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """(w, h, 3) ``error_of_sequence`` of every pixel; not finite where it has fewer than two samples."""
+    errors, (n_first, n_others) = errors_from_halves(total, counts), np.moveaxis(counts, 2, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        of_doubling = abs(total[:, :, 0] / n_first[..., None].astype(total.dtype) - before)
+    has_few = n_others * FEW_OTHERS < n_first
+    is_from_power = (n_first & POWERS_OF_4 != 0) ^ has_few
+    kappa = np.where(is_from_power, FROM_POWER_OF_4, TO_POWER_OF_4).astype(total.dtype)
+    return kappa[..., None] * np.where(has_few[..., None], of_doubling, errors)
 
 
 def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -132,8 +171,7 @@ class RelativeError(float):
     picture, divided by the mean of the picture. No pixel is left out.
 
     Attributes:
-        low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside. If only a bound is known, low
-            is 0.
+        low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside.
         unseen: what light may add that no sample has met; ``high`` contains it. It is 0 if no light can be missed.
     """
 
@@ -155,8 +193,6 @@ class RelativeError(float):
         if not math.isfinite(self):
             return "unknown"
         told = f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
-        if self.low == 0 < self:
-            told = f"at most {percent(self.high)}"
         if self.unseen > TELLS_UNSEEN * self.high:
             told += f"; light that no sample met may add {percent(self.unseen)}"
         return told
@@ -175,7 +211,7 @@ def relative_error(
     groups: np.ndarray,
     image: np.ndarray,
     unseen: float = 0.0,
-    is_bound: bool = False,
+    is_one: bool = False,
     of_largest: np.ndarray | None = None,
 ) -> RelativeError:
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
@@ -186,7 +222,7 @@ def relative_error(
             is unknown, and the pixel is left out.
         image: (h, w, 3) the picture.
         unseen: the relative RMSE that light may add that no sample met.
-        is_bound: whether v̂ comes from the doubling of one sequence, so that it is a bound.
+        is_one: whether v̂ comes from the doubling of one sequence, so that the interval is wider.
         of_largest: (h, w) the d of every pixel, see above; None if v̂ comes from the spread of independent samples.
     """
     known = groups > 1
@@ -199,21 +235,22 @@ def relative_error(
     if not math.isfinite(v.sum()):
         return RelativeError(math.nan, math.nan, math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
-    value, factor = math.sqrt(v.sum() * in_units_of_mean), factor_of_interval(v)
+    value, factor = math.sqrt(v.sum() * in_units_of_mean), factor_of_interval(v, is_one)
     high = value * factor
     if of_largest is not None:
         v = np.where(known, np.maximum(v, CHANNELS * (ONE_SAMPLE * of_largest) ** 2), 0)
-        high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v))
+        high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v, is_one))
     doubt = STANDARD_ERRORS * math.sqrt(v.sum() / CHANNELS) / (known.sum() * mean)  # 2δ
     if doubt >= 1:
         return RelativeError(math.nan, math.nan, math.nan)
-    low = 0.0 if is_bound else value / factor / (1 + doubt)
+    low = value / factor / (1 + doubt)
     return RelativeError(value, low, math.hypot(high, unseen) / (1 - doubt), unseen)
 
 
-def factor_of_interval(v: np.ndarray) -> float:
-    """F for the variances v of the pixels; 1 if all of them are 0."""
-    return error_quantile(float(v.sum() ** 2 / (v**2).sum())) if v.any() else 1.0
+def factor_of_interval(v: np.ndarray, is_one: bool) -> float:
+    """F for the variances v of the pixels, wider if they are those of one sequence; 1 if all of them are 0."""
+    factor = error_quantile(float(v.sum() ** 2 / (v**2).sum())) if v.any() else 1.0
+    return math.exp(math.hypot(math.log(factor), SPREAD_OF_ONE)) if is_one else factor
 
 
 def error_quantile(nu: float) -> float:

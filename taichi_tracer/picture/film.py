@@ -41,7 +41,7 @@ class Film(PixelSums):
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
             None stands for all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
-        doubles: whether all samples are one sequence, whose error is bounded by its change when their number doubles.
+        doubles: whether all samples are one sequence, whose error is told by its change when their number doubles.
         keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
         averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
@@ -56,6 +56,7 @@ class Film(PixelSums):
         scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
             another power of two, because the squares would be 0 or infinite in f32.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
+        before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
         unseen: what is known of the light that no sample met.
     """
@@ -135,6 +136,8 @@ class Film(PixelSums):
                 self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
             if ti.static(self.halves == 2):
                 self.largest.set_number(x, y, 0, 0.0)
+            if ti.static(self.doubles):
+                self.before.set_colour(x, y, 0, tm.vec3(0))
             for half in ti.static(range(self.halves)):
                 self.clear_half(x, y, half)
         self.non_finites.number[None] = 0

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from taichi_tracer.system.errors import InputError
+
 
 def arrays_of(film: Any) -> dict[str, np.ndarray]:
     """The sums of a ``Film``.
@@ -15,6 +17,7 @@ def arrays_of(film: Any) -> dict[str, np.ndarray]:
         non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
         scale: [x, y] of the deviation; only if it is not 1 everywhere.
         largest: [x, y] the largest sample, in the running precision; only with two halves, and not 0 everywhere.
+        before: [x, y] RGB vectors in the running precision, the mean of the first half of half 0; only of one sequence.
         residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
         Beside these, ``Film.to_arrays`` has those of ``Film.unseen``.
     """
@@ -35,6 +38,8 @@ def arrays_of(film: Any) -> dict[str, np.ndarray]:
         arrays["scale"] = read(film.scale)
     if film.halves == 2 and (largest := film.largest.read(film.memory)[..., 0]).any():
         arrays["largest"] = largest
+    if film.doubles:
+        arrays["before"] = film.before.read(film.memory)[:, :, 0]
     return arrays
 
 
@@ -52,6 +57,12 @@ def restore(film: Any, arrays: dict[str, np.ndarray]) -> None:
     if film.halves == 2:
         largest = arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))
         parts.append((film.largest, largest[..., None]))
+    if film.doubles:
+        if "before" not in arrays:
+            raise InputError(
+                "film: an earlier version took these samples, of two sequences for each pixel: begin a new file"
+            )
+        parts.append((film.before, arrays["before"][:, :, None]))
     for numbers, array in parts:
         numbers.write(film.memory, array)
     film.memory.write(film.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0])))

@@ -9,8 +9,10 @@ import taichi.math as tm
 from taichi_tracer.picture.error_estimate import (
     error_from_deviation,
     error_from_halves,
+    error_of_sequence,
     errors_from_deviations,
     errors_from_halves,
+    errors_of_sequence,
 )
 from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.system import runtime
@@ -50,7 +52,10 @@ def spread_by_numpy(film: Any) -> Spread:
     if film.halves == 2:
         largest, halves = film.largest.read(memory)[..., 0], film.half_count.read(memory)
         groups = np.where((halves > 0).all(axis=2), 2, 1)
-        errors = errors_from_halves(film.total.read(memory), halves)
+        total = film.total.read(memory)
+        errors = errors_from_halves(total, halves) if not film.doubles else None
+        if film.doubles:
+            errors = errors_of_sequence(film.before.read(memory)[:, :, 0], total, halves)
     else:
         largest = np.zeros(count.shape, runtime.dtype())
         errors = errors_from_deviations(memory.array(film.deviation), memory.array(film.scale), count)
@@ -75,7 +80,11 @@ def _write_spread(
             largest[row, column] = film.largest.number(x, y, 0)
             n_even, n_odd = film.half_count.number(x, y, 0), film.half_count.number(x, y, 1)
             k = ti.select(n_even > 0 and n_odd > 0, 2, 1)
-            e = error_from_halves(film.total.colour(x, y, 0), n_even, film.total.colour(x, y, 1), n_odd)
+            even, odd = film.total.colour(x, y, 0), film.total.colour(x, y, 1)
+            if ti.static(film.doubles):
+                e = error_of_sequence(film.before.colour(x, y, 0), even, n_even, odd, n_odd)
+            else:
+                e = error_from_halves(even, n_even, odd, n_odd)
         else:
             e = error_from_deviation(film.deviation[x, y], film.scale[x, y], k)
         groups[row, column] = k

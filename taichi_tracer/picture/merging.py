@@ -36,6 +36,8 @@ def merge_pixels(film: ti.template(), other: ti.template()):
                 film.largest.set_number(x, y, 0, largest)
             if ti.static(film.doubles):
                 film.begin_doubling(x, y)
+                if n == 0:
+                    film.before.set_colour(x, y, 0, other.before.colour(x, y, 0))
             for half in ti.static(range(film.halves)):
                 film.move_half(other, x, y, half, half_of_others(film, half, n))
             film.canvas[x, y] = film.mean(x, y)

@@ -26,6 +26,8 @@ class PixelSums:
         self.count = PixelGroups(pixel, *shape, 1, ti.i32)
         if self.halves == 2:
             self.largest = PixelGroups(pixel, *shape)
+        if self.doubles:
+            self.before = PixelGroups(pixel, *shape, 3)
         # In memory, the two halves of the picture lie apart. A pass over all pixels writes to only one half; then the
         # memory of the other half need not be written back.
         half = self.memory.fields.dense(ti.k, self.halves).dense(ti.ij, groups)
@@ -48,6 +50,7 @@ class PixelSums:
         """Where the number of samples is a power of two, half 1 becomes a part of half 0, for the samples to come."""
         n = self.count.number(x, y, 0)
         if n & (n - 1) == 0 and self.half_count.number(x, y, 1) > 0:
+            self.before.set_colour(x, y, 0, self.exact_half(x, y, 0) / self.half_count.number(x, y, 0))
             self.move_half(self, x, y, 1, 0)
             self.clear_half(x, y, 1)
             self.count.set_number(x, y, 0, n)

@@ -23,16 +23,16 @@ class NiederreiterSampler(PointSampler):
     the sequence in another order, and every number is scrambled by itself (Burley 2020). ``formulas.finite_fields`` has
     the sequence and its sources.
 
-    As with ``SobolSampler``, samples with even and with odd index belong to two sequences, whose difference shows the
-    error, and every pair of dimensions is a (0, m, 2)-net in base 2.
+    All samples of a pixel are one sequence. The change of its mean when the number of samples doubles tells the error,
+    see ``error_estimate``. Every pair of dimensions is a (0, m, 2)-net in base 2.
     """
 
-    name, replicated, is_net, shares_terms = "niederreiter", True, True, True
+    name, doubles, is_net, shares_terms = "niederreiter", True, True, True
 
     @ti.func
     def place_of(self, index):
         """(the number of the sequence, the place in it) of a sample."""
-        return index & ti.u32(1), index >> 1
+        return index & ti.u32(0), index
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
@@ -54,17 +54,17 @@ class NiederreiterSampler(PointSampler):
 @register
 @ti.data_oriented
 @seams("point")
-class OneNiederreiterSampler(NiederreiterSampler):
-    """The points of ``NiederreiterSampler`` in one sequence: a smaller error, of which only a bound is known.
+class TwoNiederreiterSampler(NiederreiterSampler):
+    """Two sequences of ``NiederreiterSampler``: a larger error, which is known more exactly.
 
-    Two sequences of n/2 points are less even together than one sequence of n points; but a single one has nothing that
-    its mean could be compared with, except its own first half. The change of the picture when the number of samples
-    doubles is a bound for the error after doubling, because the error before it is larger (see ``error_estimate``).
+    As with ``SobolSampler``, samples with even and with odd index belong to two sequences that are scrambled
+    independently, and their difference shows the error. Two sequences of n/2 points are less even together than one
+    sequence of n points.
     """
 
-    name, replicated, doubles = "niederreiter_one", False, True
+    name, replicated, doubles = "niederreiter_two", True, False
 
     @ti.func
     def place_of(self, index):
-        """(0, the place in the sequence) of a sample."""
-        return index & ti.u32(0), index
+        """(the number of the sequence, the place in it) of a sample."""
+        return index & ti.u32(1), index >> 1

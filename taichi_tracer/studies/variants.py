@@ -8,7 +8,7 @@ from taichi_tracer.environment import LOOKUPS
 from taichi_tracer.integrators import path_settings
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A4Renderer
-from taichi_tracer.sampler import DEFAULT_SAMPLER
+from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
@@ -108,7 +108,7 @@ DIRECT, PATHS = ("uniform", "brdf", "environment", "mis"), ("implicit", "explici
 # What a study compares if nothing is named: the parameters of ``plan``.
 USUAL: dict[str, tuple] = {
     "estimators": DIRECT,
-    "samplers": (DEFAULT_SAMPLER, "niederreiter_one", "independent"),
+    "samplers": (DEFAULT_SAMPLER, ADAPTIVE_SAMPLER, "independent"),
     "precisions": ("f32", "f64"),
     "triangle_tests": ("watertight", "moller_trumbore"),
     "lookups": ("nearest", "bilinear"),

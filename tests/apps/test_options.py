@@ -11,8 +11,9 @@ from taichi_tracer.apps.options import OPTIONS, words_of
 from taichi_tracer.camera import make_camera
 from taichi_tracer.environment import Environment
 from taichi_tracer.formulas.camera_frame import USUAL_HANDEDNESS
-from taichi_tracer.options import RENDERER_DEFAULTS, SCENE_DEFAULTS
+from taichi_tracer.options import SCENE_DEFAULTS
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.values import VALUES
@@ -97,7 +98,7 @@ DEFAULTS = {
     "intersector": SCENE_DEFAULTS["intersector"],
     "triangle_test": SCENE_DEFAULTS["triangle_test"],
     "effects": SCENE_DEFAULTS["effects"],
-    "sampler": RENDERER_DEFAULTS["sampler"],
+    "sampler": DEFAULT_SAMPLER,
     "lookup": signature(Environment).parameters["lookup"].default,
     "intensity": f"{signature(Environment).parameters['intensity'].default:g}",
     "rotation": f"{signature(Environment).parameters['rotation'].default:g}",

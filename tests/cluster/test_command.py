@@ -92,7 +92,7 @@ def test_two_local_workers_make_the_picture_of_one_process_and_go_on_from_its_ch
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("sampler", ["niederreiter_one", "independent", "sobol"])
+@pytest.mark.parametrize("sampler", ["niederreiter_two", "independent", "sobol"])
 def test_every_sampler_gives_the_same_bits_and_about_the_same_error(sampler):
     pytest.importorskip("distributed")
     options = {"estimator": "mis", "environment": "studio", "intersector": "brute_force", "size": (40, 24)}

@@ -9,11 +9,11 @@ from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.samplers.independent import IndependentSampler
-from taichi_tracer.samplers.niederreiter import NiederreiterSampler, OneNiederreiterSampler
+from taichi_tracer.samplers.niederreiter import NiederreiterSampler, TwoNiederreiterSampler
 from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.seams import in_kernels
 
-SAMPLERS = [SobolSampler, NiederreiterSampler, OneNiederreiterSampler, IndependentSampler]
+SAMPLERS = [SobolSampler, NiederreiterSampler, TwoNiederreiterSampler, IndependentSampler]
 WIDTH, HEIGHT = 20, 12
 
 

@@ -103,7 +103,8 @@ def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubl
     np.testing.assert_allclose(film.share_of_largest(image), share, rtol=1e-6, atol=1e-6)
     told, mean = film.error(), (63 + 20) / 64
     assert told == 0
-    high = 0.5 * 8.75 / 8 / mean * math.sqrt(stats.f.ppf(0.975, 2, 2))
+    factor = math.sqrt(stats.f.ppf(0.975, 2, 2))
+    high = 0.5 * 8.75 / 8 / mean * (math.exp(math.hypot(math.log(factor), 0.28)) if doubles else factor)
     assert told.high == pytest.approx(high / (1 - 2 * 0.5 * 8.75 / 64 / mean), rel=1e-4)
     parts = [film.alike() for _ in range(3)]
     for part, half in zip(parts, (samples[..., :8], samples[..., 8:]), strict=False):
@@ -111,6 +112,39 @@ def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubl
     parts[2].from_arrays(parts[0].to_arrays(), 8)
     parts[2].merge(parts[1])
     assert parts[2].error().high == told.high
+
+
+@pytest.mark.parametrize(
+    ("n", "first", "others", "kappa"),
+    [
+        (2, slice(0, 1), slice(1, 2), 0.86),
+        (4, slice(0, 2), slice(2, 4), 0.76),
+        (5, slice(0, 4), slice(4, 5), 0.86),
+        (9, slice(0, 4), slice(4, 8), 0.86),  # one sample after 8 tells nothing yet
+        (10, slice(0, 8), slice(8, 10), 0.76),
+        (16, slice(0, 8), slice(8, 16), 0.76),
+        (19, slice(0, 8), slice(8, 16), 0.76),
+        (20, slice(0, 16), slice(16, 20), 0.86),
+    ],
+)
+@pytest.mark.parametrize("is_merged", [False, True])
+def test_the_error_of_one_sequence_is_told_by_its_last_doubling(f32, rng, n, first, others, kappa, is_merged):
+    """v = κ² (A − B)² n_a n_b / (n_a + n_b)², whether one film took the samples, or two that were merged at 8."""
+    samples = rng.random((4, 4, n)).astype(np.float32)
+    film = Film(4, 4, doubles=True)
+    _add(film, np.ascontiguousarray(samples[..., :8]))
+    if n > 8 and is_merged:
+        for one in (samples[..., 8:16], samples[..., 16:]):
+            rest = film.alike()
+            _add(rest, np.ascontiguousarray(one))
+            film.merge(rest)
+    elif n > 8:
+        film = Film(4, 4, doubles=True)
+        _add(film, samples)
+    a, b = samples[..., first], samples[..., others]
+    k, m = a.shape[2], b.shape[2]
+    e = kappa * abs(a.mean(axis=2) - b.mean(axis=2)) * math.sqrt(k * m) / (k + m)
+    np.testing.assert_allclose(film.standard_error()[..., 0], e.T[::-1], rtol=1e-4, atol=1e-6)
 
 
 def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():

@@ -55,7 +55,7 @@ def test_a_small_study_of_a_loaded_scene(tmp_path, steps):
     assert list(table["variant"]) == [
         f"{estimator}, {sampler}, moller_trumbore"
         for estimator in ("mis", "uniform")
-        for sampler in ("niederreiter", "niederreiter_one", "independent")
+        for sampler in ("niederreiter", "niederreiter_two", "independent")
     ]
     assert len(figure.axes) == 3
     assert {p.name for p in tmp_path.iterdir()} == set(accuracy_report.FILES)

@@ -1,0 +1,62 @@
+"""Which forms were compiled on this machine, and for how long others rendered in their place: kept between processes.
+
+The compiled kernels are kept beside it. A form whose kernels are there costs little, so that it runs from the first
+sample on. Whoever has rendered so much without it that it would have paid will do so again: then it is compiled.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from taichi_tracer.system import runtime
+from taichi_tracer.system.cache import cache_folder, wanted_folder
+from taichi_tracer.system.trial import read, versions, write
+
+FILE = "taichi_tracer_forms.json"  # in the folder of compiled kernels
+MOST = 500  # forms that are remembered
+COMPILED = 1e9  # in place of seconds: infinity is no number of JSON
+
+
+def key_of(renderer: Any, scene: Any, integrator: Any) -> str:
+    """What the kernels of a form depend on, roughly: a form that is thought to be kept, and is not, is compiled."""
+    settings, effects = runtime.current(), scene.effects
+    of_scene = {name: value for name, value in vars(effects).items() if name != "reasons"}
+    parts = type(renderer.camera).__name__, renderer.sampler.name, integrator.name, renderer.adaptive
+    watched = renderer.watcher is not None
+    return f"{versions()} {settings.arch} {settings.precision} {settings.fast_math} {parts} {watched} {of_scene}"
+
+
+class KeptForms:
+    """For each key the seconds that were rendered without the form, or ``COMPILED``; the last one of each machine."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, float] | None = None
+
+    @staticmethod
+    def path() -> Path | None:
+        """The file; None if no folder can be written."""
+        folder, _ = cache_folder(wanted_folder())
+        return None if folder is None else folder / FILE
+
+    def seconds(self, key: str) -> float:
+        """How long others have rendered in place of this form; ∞ if it was compiled."""
+        if self._known is None:
+            path = self.path()
+            self._known = {} if path is None else read(path)
+        seconds = self._known.get(key, 0.0)
+        return math.inf if seconds >= COMPILED else seconds
+
+    def add(self, key: str, seconds: float) -> None:
+        """Note that others have rendered for so long, or ∞: that it was compiled."""
+        known = self.seconds(key)
+        path = self.path()
+        if path is None or known == math.inf:
+            return
+        kept = read(path)  # other processes may have written since
+        total = min(kept.pop(key, 0.0) + seconds, COMPILED)
+        kept[key] = total
+        self._known = dict(list(kept.items())[-MOST:])
+        write(path, self._known)
+
+
+KEPT = KeptForms()

@@ -1,0 +1,93 @@
+"""Forms that are kept between processes run from the first sample on; others, when they would have paid."""
+
+import math
+
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.fast import kept_forms, plan
+from taichi_tracer.fast.kept_forms import COMPILED, KeptForms, key_of
+from taichi_tracer.system import runtime
+from taichi_tracer.system.trial import read, write
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+
+def needs_lanes():
+    if not runtime.can("lanes"):
+        pytest.skip("no tiles on this backend")
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """The forms of a machine where nothing was compiled."""
+    fresh = KeptForms()
+    monkeypatch.setattr(kept_forms, "cache_folder", lambda _: (tmp_path, None))
+    monkeypatch.setattr(plan, "KEPT", fresh)
+    return fresh
+
+
+def test_seconds_add_up_across_processes_until_the_form_is_compiled(kept, tmp_path):
+    kept.add("mis", 3.0)
+    other = KeptForms()
+    other.add("mis", 2.5)
+    other.add("path", 1.0)
+    assert (other.seconds("mis"), other.seconds("path"), other.seconds("brdf")) == (5.5, 1.0, 0.0)
+    other.add("mis", math.inf)
+    kept.add("path", 1.0)
+    assert (KeptForms().seconds("mis"), KeptForms().seconds("path")) == (math.inf, 2.0)
+    assert read(tmp_path / kept_forms.FILE) == {"mis": COMPILED, "path": 2.0}
+
+
+def test_the_newest_forms_are_remembered(kept, tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_forms, "MOST", 2)
+    for name in ("a", "b", "c"):
+        kept.add(name, 1.0)
+    assert list(read(tmp_path / kept_forms.FILE)) == ["b", "c"]
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{"])
+def test_a_damaged_file_is_begun_anew(kept, tmp_path, content):
+    (tmp_path / kept_forms.FILE).write_text(content)
+    assert kept.seconds("mis") == 0
+    kept.add("mis", 1.0)
+    assert KeptForms().seconds("mis") == 1.0
+
+
+def test_nothing_is_kept_where_no_folder_can_be_written(kept, monkeypatch):
+    monkeypatch.setattr(kept_forms, "cache_folder", lambda _: (None, "read-only"))
+    kept.add("mis", 1.0)
+    assert kept.seconds("mis") == 0
+
+
+def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_be_rendered(kept, monkeypatch):
+    needs_lanes()
+    scene = tt.load_scene_data("torus_knot", environment="studio")
+    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
+    assert not renderer.plan.in_tiles
+    kept.add(key_of(renderer, renderer.kernel_scene(), renderer.active), 1e9)
+    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
+    assert not renderer.plan.in_tiles  # 4,096 samples are soon taken
+    plain = renderer.image()
+    monkeypatch.setattr(plan, "MUCH", 4096)
+    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
+    assert renderer.plan.in_tiles
+    assert (renderer.image() == plain).all()
+
+
+def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kept, tmp_path, monkeypatch):
+    needs_lanes()
+    monkeypatch.setattr(plan, "MUCH", 1)
+    monkeypatch.setattr(plan, "NOTED", 0.0)
+    scene = tt.load_scene_data("torus_knot", environment="studio")
+    renderer = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
+    key = key_of(renderer, renderer.kernel_scene(), renderer.active)
+    seconds = kept.seconds(key)
+    assert 0 < seconds < 4 and not renderer.plan.in_tiles
+    renderer.render(4)
+    assert kept.seconds(key) > seconds
+    write(tmp_path / kept_forms.FILE, {key: plan.LONG})
+    kept._known = None
+    again = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
+    assert again.plan.in_tiles
+    assert KeptForms().seconds(key) == math.inf
