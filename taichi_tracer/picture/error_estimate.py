@@ -21,7 +21,7 @@ in base 4, so that a doubling that completes a power of 4 removes more than the 
     v = κ² (A − B)² 2^m (n − 2^m) / n²
 
 with the κ that was measured for both kinds of doublings on many scenes (``python -m benchmarks.error calibration``). It
-differs from scene to scene, and the interval below is widened by ``SPREAD_OF_ONE``. If the others are fewer than a
+differs from scene to scene, and the interval below is widened by ``LARGER`` and ``SMALLER``. If the others are fewer than a
 quarter of 2^m, their mean is too rough. Then A − B is that of the last doubling.
 
 **The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error is random,
@@ -65,7 +65,9 @@ TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration glints``)
 TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.86  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
 POWERS_OF_4 = 0x55555555
-SPREAD_OF_ONE = 0.28  # the logarithm of the factor by which κ differs at most, in 95 of 100 pictures
+# The logarithms of the factors by which the true κ may be larger, and smaller: so large that the interval holds the
+# truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly all of the error.
+LARGER, SMALLER, SMALLER_OF_FEW = 0.28, 0.45, 1.0
 FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
@@ -211,7 +213,7 @@ def relative_error(
     groups: np.ndarray,
     image: np.ndarray,
     unseen: float = 0.0,
-    is_one: bool = False,
+    samples_of_one: float = 0.0,
     of_largest: np.ndarray | None = None,
 ) -> RelativeError:
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
@@ -222,7 +224,8 @@ def relative_error(
             is unknown, and the pixel is left out.
         image: (h, w, 3) the picture.
         unseen: the relative RMSE that light may add that no sample met.
-        is_one: whether v̂ comes from the doubling of one sequence, so that the interval is wider.
+        samples_of_one: the number of samples of a pixel, if v̂ comes from the doubling of one sequence, so that the
+            interval is wider; otherwise 0.
         of_largest: (h, w) the d of every pixel, see above; None if v̂ comes from the spread of independent samples.
     """
     known = groups > 1
@@ -235,22 +238,23 @@ def relative_error(
     if not math.isfinite(v.sum()):
         return RelativeError(math.nan, math.nan, math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
-    value, factor = math.sqrt(v.sum() * in_units_of_mean), factor_of_interval(v, is_one)
-    high = value * factor
+    larger = LARGER if samples_of_one > 0 else 0.0
+    smaller = SMALLER + SMALLER_OF_FEW / samples_of_one if samples_of_one > 0 else 0.0
+    value = math.sqrt(v.sum() * in_units_of_mean)
+    high, low = value * factor_of_interval(v, larger), value / factor_of_interval(v, smaller)
     if of_largest is not None:
         v = np.where(known, np.maximum(v, CHANNELS * (ONE_SAMPLE * of_largest) ** 2), 0)
-        high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v, is_one))
+        high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v, larger))
     doubt = STANDARD_ERRORS * math.sqrt(v.sum() / CHANNELS) / (known.sum() * mean)  # 2δ
     if doubt >= 1:
         return RelativeError(math.nan, math.nan, math.nan)
-    low = value / factor / (1 + doubt)
-    return RelativeError(value, low, math.hypot(high, unseen) / (1 - doubt), unseen)
+    return RelativeError(value, low / (1 + doubt), math.hypot(high, unseen) / (1 - doubt), unseen)
 
 
-def factor_of_interval(v: np.ndarray, is_one: bool) -> float:
-    """F for the variances v of the pixels, wider if they are those of one sequence; 1 if all of them are 0."""
+def factor_of_interval(v: np.ndarray, spread: float) -> float:
+    """F for the variances v of the pixels (1 if all of them are 0), widened by the logarithm of another factor."""
     factor = error_quantile(float(v.sum() ** 2 / (v**2).sum())) if v.any() else 1.0
-    return math.exp(math.hypot(math.log(factor), SPREAD_OF_ONE)) if is_one else factor
+    return math.exp(math.hypot(math.log(factor), spread))
 
 
 def error_quantile(nu: float) -> float:

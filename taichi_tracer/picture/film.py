@@ -273,7 +273,8 @@ class Film(PixelSums):
         spread = self._spread()
         share = self.share_of_largest(image, spread)
         variance = np.square(spread.errors, dtype=np.float64)
-        return relative_error(variance, spread.groups, image, unseen, self.doubles, share)
+        samples = float(spread.counts[spread.counts > 0].mean()) if self.doubles and spread.counts.any() else 0.0
+        return relative_error(variance, spread.groups, image, unseen, samples, share)
 
     def shares(self) -> np.ndarray | None:
         """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
