@@ -89,7 +89,7 @@ def check_adaptive(is_adaptive: bool, sampler: Any) -> None:
     if is_adaptive and sampler.doubles:
         raise InputError(
             f"--adaptive with --sampler {sampler.name} on a cluster: its error is estimated from doublings, and pixels "
-            "of an adaptive picture double at different times: use another sampler"
+            "of an adaptive picture double at different times: leave --sampler out"
         )
 
 
