@@ -161,7 +161,7 @@ class FastPlan(Plan):
         return self.tiles
 
     def has_paid(self, scene: Any) -> bool:
-        """Whether tiles are kept or would have paid before, in this process or in others, and much is to be rendered."""
+        """Whether tiles are kept, or would have paid in earlier processes, and much is to be rendered."""
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
         if r.progress.target.passes(pixels) * pixels < MUCH:

@@ -83,7 +83,8 @@ def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kep
     renderer = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
     key = key_of(renderer, renderer.kernel_scene(), renderer.active)
     seconds = kept.seconds(key)
-    assert 0 < seconds < 4 and not renderer.plan.in_tiles
+    assert 0 < seconds < 4
+    assert not renderer.plan.in_tiles
     renderer.render(4)
     assert kept.seconds(key) > seconds
     write(tmp_path / kept_forms.FILE, {key: plan.LONG})
