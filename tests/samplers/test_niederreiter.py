@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 from sequences import NIEDERREITER, SOBOL, TERM, points
 
+from taichi_tracer.samplers.niederreiter import TwoNiederreiterSampler
+
 pytestmark = pytest.mark.usefixtures("f32")
 
 
+@pytest.mark.parametrize("sequences", [1, 2])
 @pytest.mark.parametrize("other", [1, 1 | TERM, 1 | 7 * TERM])
-def test_the_pixel_and_each_direction_of_the_first_surface_are_nets_together(other):
-    """Every box of volume 4^−m whose sides are powers of 1/4 holds one of each 4^m consecutive samples of a replica."""
-    samples, m = NIEDERREITER, 4
+def test_the_pixel_and_each_direction_of_the_first_surface_are_nets_together(other, sequences):
+    """Every box of volume 4^−m whose sides are powers of 1/4 holds one of each 4^m consecutive samples of a sequence."""
+    samples, m = {1: NIEDERREITER, 2: TwoNiederreiterSampler()}[sequences], 4
     for pixel in range(3):
         dimensions = (points(samples, 4 << (2 * m), pixel=pixel, dimension=d) for d in (0, other))
         both = np.concatenate(list(dimensions), axis=1).astype(np.float64)
-        for block in (both[0::2][: 4**m], both[1::2][: 4**m], both[1::2][4**m :]):
+        ones = [both[k::sequences] for k in range(sequences)]
+        for block in (ones[0][: 4**m], ones[-1][: 4**m], ones[-1][4**m : 2 * 4**m]):
             for depths in itertools.product(range(m + 1), repeat=4):
                 if sum(depths) == m:
                     cells = np.floor(block * 4.0 ** np.array(depths))
