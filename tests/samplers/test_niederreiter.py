@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("f32")
 @pytest.mark.parametrize("sequences", [1, 2])
 @pytest.mark.parametrize("other", [1, 1 | TERM, 1 | 7 * TERM])
 def test_the_pixel_and_each_direction_of_the_first_surface_are_nets_together(other, sequences):
-    """Every box of volume 4^−m whose sides are powers of 1/4 holds one of each 4^m consecutive samples of a sequence."""
+    """Every box of volume 4^−m whose sides are powers of 1/4 holds one of each 4^m samples in a row."""
     samples, m = {1: NIEDERREITER, 2: TwoNiederreiterSampler()}[sequences], 4
     for pixel in range(3):
         dimensions = (points(samples, 4 << (2 * m), pixel=pixel, dimension=d) for d in (0, other))
@@ -31,7 +31,7 @@ def test_any_two_dimensions_take_all_combinations():
     """The mean of a product of two dimensions becomes right; numbers of one order would stay wrong for ever.
 
     f = (x − 1/2)(x' − 1/2) has the variance 1/144. For 4096 samples of 64 pixels, the root mean square of the means is
-    at most 1.3 times that of independent numbers. Pairs that share a dimension miss this by far; see the last line.
+    at most 1.3 times that of independent numbers, known to 9 %. Pairs that share a dimension miss this by far; see the last line.
     """
 
     def deviation(first, second):
@@ -42,7 +42,7 @@ def test_any_two_dimensions_take_all_combinations():
         return np.sqrt(np.mean(np.square(means))) * 12 * np.sqrt(4096)
 
     for first, second in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 4), (1 | TERM, 2 | 2 * TERM)):
-        assert deviation(first, second) < 1.5, (first, second)
+        assert deviation(first, second) < 1.7, (first, second)
     assert deviation(1, 1 | TERM) > 10
 
 
