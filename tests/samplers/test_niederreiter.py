@@ -31,7 +31,8 @@ def test_any_two_dimensions_take_all_combinations():
     """The mean of a product of two dimensions becomes right; numbers of one order would stay wrong for ever.
 
     f = (x − 1/2)(x' − 1/2) has the variance 1/144. For 4096 samples of 64 pixels, the root mean square of the means is
-    at most 1.3 times that of independent numbers, known to 9 %. Pairs that share a dimension miss this by far; see the last line.
+    at most 1.4 times that of independent numbers, and known to 9 %. Pairs that share a dimension miss this by far; see
+    the last line.
     """
 
     def deviation(first, second):
