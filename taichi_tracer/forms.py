@@ -109,6 +109,10 @@ class Plan:
             target: the ``Target`` of ``render``. is_continued: whether the samples are added to those on the film.
         """
 
+    def will_take_tiles(self, integrator: Any, target: Any) -> bool | None:
+        """Whether an integrator's samples will be taken tile by tile from the first one on; None if nobody knows."""
+        return None
+
     def ended(self) -> None:
         """A call of ``render`` has ended: the plan may note how long it took."""
 

@@ -25,6 +25,7 @@ from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
+from taichi_tracer.pilot import AUTO, Pilot
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import SceneData
@@ -193,8 +194,15 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         return [part.name for part in cls.offered()]
 
     def use(self, integrator: IntegratorChoice) -> "Self":
-        """Choose what to render: the name of an integrator, or the integrator itself. Returns the renderer."""
+        """Choose what to render. Returns the renderer.
+
+        Args:
+            integrator: its name, or the integrator itself; "auto" takes what reaches an error soonest, see ``pilot``.
+        """
         chosen: Any = getattr(integrator, "integrator", integrator)  # the name that a ``Mode`` stands for
+        self.pilot = Pilot() if chosen == AUTO else None
+        if chosen == AUTO:
+            chosen = self.first or self.offers[0].name
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -406,6 +414,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         lines = [*self.scene_data.receipt(), *self.plan.receipt()]
         if self.active.compensates and self.kernel_scene().compensates:
             lines.append(str(COMPENSATED))
+        if self.pilot is not None:
+            lines.append(f"{'estimator':<15} {self.pilot}")
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines

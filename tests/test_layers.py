@@ -39,7 +39,7 @@ LAYERS = (
     "options",
     "integrators unseen",
     "picture forms scene_parts scene_in_kernels scene_data",
-    "explain progressive modes",
+    "explain pilot progressive modes",
     "renderer maps rt3 scene_data_loader camera_controller",
     "fast",
     "__init__",
@@ -64,7 +64,7 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture unseen effects background mesh_parts instances places options values camera_settings camera_calls "
+        "picture pilot unseen effects background mesh_parts instances places options values camera_settings camera_calls "
         "scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": (
@@ -93,6 +93,7 @@ FOR_EDITORS = {
     "integrators.base": {"scene_data"},
     "integrators.rt3_blinn_phong": {"scene_data"},
     "options": {"integrators"},
+    "pilot": {"progressive"},
     "scene_in_kernels": {"scene_data"},
 }
 

@@ -362,8 +362,9 @@ def add_picture_options(parser: ArgumentParser) -> None:
         dest="view",
         action=OneOfOptions,
         metavar="NAME",
-        help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: the scene "
-        "file's, or the one with a star)",
+        help="what to show, or how to sample its light: one name, several with commas, or 'all'; 'auto' measures which "
+        "estimator of direct light, or of paths where an option of paths is given, reaches an error soonest (default: "
+        "the scene file's, or the one with a star)",
     )
     for group in (PICTURE, PATHS, MIS, CAMERA):
         add_group(parser, group)

@@ -22,6 +22,7 @@ from taichi_tracer.files.images import EIGHT_BITS, encode_png, to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.pilot import AUTO
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
@@ -79,6 +80,9 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
                 with stage(stopwatch.FILM):
                     made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
+            if elsewhere is not None and renderer.pilot is not None:
+                renderer.pilot.choose(renderer, picture.target)
+                renderer.begin_anew()
             shown = []
             for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
                 if bounces is not None:
@@ -107,6 +111,8 @@ def check_checkpoint(request: RenderRequest, count: int) -> None:
         raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
     if request.pictures[0].samples.adaptive:
         raise InputError(f"--checkpoint {request.checkpoint}: {NOT_ADAPTIVE}: leave out one of the two")
+    if any(integrator.name == AUTO for _, integrator in request.pictures[0].views):
+        raise InputError(f"--checkpoint {request.checkpoint} keeps the samples of one estimator: name it, not {AUTO}")
     check_place(request.checkpoint)
 
 
@@ -221,6 +227,8 @@ def make_picture(
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
         report_darkness(renderer, image, place)
+        if renderer.pilot is not None:
+            note(str(renderer.pilot))
         for text in renderer.notes():
             note(text)
         is_in_place &= place == path

@@ -330,7 +330,9 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         width, height = args.size
     if args.quick:
         width, height = max(1, width // QUICK), max(1, height // QUICK)
-    views = find_views(view if args.view is None else args.view)
+    values = values_of(args, shot)
+    is_of_paths = bool(getattr(args, "bounces", ())) or not path_settings.DEFAULTS.keys().isdisjoint(dict(values))
+    views = find_views(view if args.view is None else args.view, is_of_paths)
     picture = request_from(
         PictureRequest,
         args,
@@ -345,7 +347,7 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         camera=request_from(CameraRequest, args),
         samples=request_from(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
-        values=values_of(args, shot),
+        values=values,
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)

@@ -69,6 +69,7 @@ class FastPlan(Plan):
         super().__init__(renderer, why)
         self.may_keep_hits = why == ""
         self.passes = 0  # over all pixels, for all pictures so far
+        self.passes_expected = 0.0  # for the present picture
         self._integrators = Recent(KEPT_INTEGRATORS)
         self._timed: Any = None  # the estimator of ``seconds_of_others``
         self.seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
@@ -104,7 +105,7 @@ class FastPlan(Plan):
             self._timed, self.seconds_of_others = r.active, 0.0
         elif not is_continued:
             self.seconds_of_others += r.rendered_seconds
-        passes = target.passes(pixels_in(r.film.ranges))
+        passes = self.passes_expected = target.passes(pixels_in(r.film.ranges))
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
         is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
@@ -152,7 +153,7 @@ class FastPlan(Plan):
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
             were_used = (scene, r.active, self.eye_rays, r.watcher) in self._tiles
             is_long = is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
-            is_wanted = were_used or r.use_tiles or is_long or self.has_paid(scene)
+            is_wanted = were_used or r.use_tiles or is_long or self.has_paid(scene, r.active, r.progress.target)
             is_possible = is_wanted and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
@@ -160,13 +161,16 @@ class FastPlan(Plan):
             self.tiles = self._tiles.get(key, lambda: self.new_tiles(scene)) if is_possible else None
         return self.tiles
 
-    def has_paid(self, scene: Any) -> bool:
+    def has_paid(self, scene: Any, integrator: Any, target: Target) -> bool:
         """Whether tiles are kept, or would have paid in earlier processes, and much is to be rendered."""
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
-        if r.progress.target.passes(pixels) * pixels < MUCH:
-            return False
-        return KEPT.seconds(key_of(r, scene, r.active)) >= LONG
+        passes = max(self.passes_expected, target.passes(pixels))
+        return passes * pixels >= MUCH and KEPT.seconds(key_of(r, scene, integrator)) >= LONG
+
+    def will_take_tiles(self, integrator: Any, target: Target) -> bool | None:
+        """True if they are kept; None if that is not known yet."""
+        return True if self.has_paid(self.renderer.kernel_scene(), integrator, target) else self.renderer.use_tiles
 
     def ended(self) -> None:
         """Note how long was rendered without tiles."""

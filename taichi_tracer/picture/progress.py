@@ -4,6 +4,7 @@ import math
 import statistics
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -79,7 +80,7 @@ class Progress:
     Attributes:
         target: the targets that end the rendering.
         samples: the number of samples per pixel, on average.
-        pilot: the progress of the pilot, whose samples are not in the picture.
+        pilot: what a pilot took before, of an adaptive picture or of ``use("auto")``: seconds and compile_seconds.
         error: the last estimate of the error; NaN before the first estimate.
         looks: (samples, relative error) of each estimate.
         place: where it is rendered, in words; "" for this process.
@@ -87,7 +88,7 @@ class Progress:
 
     target: Target
     samples: float = 0
-    pilot: "Progress | None" = None
+    pilot: Any = None
     error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
     looks: list[tuple[float, float]] = field(default_factory=list)
     place: str = ""
@@ -241,7 +242,9 @@ def render_until(renderer, target: Target, watch=None) -> None:
         renderer: a ``renderer.ProgressiveRenderer``; its ``progress`` is updated.
         watch: a function that is called with the progress after each pass over all pixels.
     """
-    renderer.progress = progress = Progress(target)
+    has_chosen = renderer.pilot is not None and renderer.pilot.choose(renderer, target)
+    samples = renderer.film.samples if has_chosen and renderer.is_current() else 0
+    renderer.progress = progress = Progress(target, samples, renderer.pilot if has_chosen else None)
     if not renderer.is_current():
         renderer.begin()
         if renderer.adaptive:
