@@ -64,8 +64,8 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture pilot unseen effects background mesh_parts instances places options values camera_settings camera_calls "
-        "scene_parts ray_hits maps system"
+        "picture pilot unseen effects background mesh_parts instances places options values camera_settings "
+        "camera_calls scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": (
         "files rt3 course studies contracts teaching explain apps cluster"
