@@ -27,6 +27,22 @@ def render(args: Namespace) -> int:
         return render_command.run(args, OnCluster(cluster, args, paths))
 
 
+def turntable(args: Namespace) -> int:
+    """Render a film, every frame of it on a cluster."""
+    from taichi_tracer.apps import turntable as command
+
+    tell_of_parts(args)
+    with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
+
+        def renders_frame(renderer: Any, eye: Any) -> Callable:
+            """What takes the samples of a frame: the workers get a command line with its eye."""
+            frame = OnCluster(cluster, Namespace(**{**vars(args), "eye": tuple(eye.tolist())}), paths)
+            frame.loaded(renderer.scene_data)
+            return frame.renders(renderer, (0, 0, None))
+
+        return command.run(args, renders_frame)
+
+
 def accuracy(args: Namespace) -> int:
     """Measure what accuracy costs, on one worker of a cluster; all workers render the reference."""
     from taichi_tracer.apps import accuracy as command

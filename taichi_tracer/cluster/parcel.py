@@ -21,7 +21,7 @@ from taichi_tracer.system.errors import InputError
 
 # What only the sender needs: where things are written, when the picture is good enough, and the command itself.
 STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
-STAYS |= {"spp", "time", "error", "bounces", "report", "budget", "seeds"}
+STAYS |= {"spp", "time", "error", "bounces", "report", "budget", "seeds", "frames", "degrees", "fps"}
 CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
 CHUNK = 32 << 20  # bytes: a large file travels in pieces, between which a worker can say that it is alive
 
