@@ -41,15 +41,20 @@ class WhileCompiling:
     def __init__(self) -> None:
         self._former: dict[int, Any] = {}
         self._folders: list[str] = []
+        self._is_keeping = False
 
     def begins(self, kernel: compiling.Kernel) -> None:
         """Leave the signals to the system, unless that takes no time: a kernel that is read at once is small."""
         is_main = threading.current_thread() is threading.main_thread()
-        if not is_main or kernel.reading < SHORT or leftovers.unfinished:
+        if not is_main or kernel.reading < SHORT or leftovers.unfinished or self._is_keeping:
             return
         handlers = {number: signal.getsignal(number) for number in SIGNALS}
         owners = {getattr(handler, "__self__", None) for handler in handlers.values()}
-        let_go = {owner for owner in owners if isinstance(owner, Interruption) and owner.lets_go()}
+        self._is_keeping = True  # what is kept may have to compile a kernel itself
+        try:
+            let_go = {owner for owner in owners if isinstance(owner, Interruption) and owner.lets_go()}
+        finally:
+            self._is_keeping = False
         for number, handler in handlers.items():
             if handler is leave or getattr(handler, "__self__", None) in let_go:
                 self._former[number] = signal.signal(number, signal.SIG_DFL)

@@ -220,10 +220,12 @@ def make_picture(
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         with stage(stopwatch.WRITE, waits=True):
-            image = renderer.film.own_pixels(renderer.image())
+            denoised = renderer.denoised() if request.denoise else None
+            image = renderer.film.own_pixels(renderer.image() if denoised is None else denoised.image)
             place = written_picture(path, image, channels, **encoding_of(renderer, picture))
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
-        print(f"{place}: {describe(renderer, image)} ({times})", flush=True)
+        told = describe(renderer, image) if denoised is None else f"{describe_size(renderer, image)}, {denoised}"
+        print(f"{place}: {told} ({times})", flush=True)
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
         report_darkness(renderer, image, place)
@@ -313,9 +315,14 @@ def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path
         note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
 
 
+def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
+    """Size and samples."""
+    return f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
+
+
 def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size, samples, and the error where there is one."""
-    text = f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
+    text = describe_size(renderer, image)
     error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
     return text if error is None or math.isnan(error) else f"{text}, error {error}"
 

@@ -12,6 +12,7 @@ from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
+from taichi_tracer.picture.denoised import SAMPLER, denoiser
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
@@ -27,7 +28,8 @@ class RenderRequest:
         bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
-        profile: whether a page tells where the time went.
+        denoise: whether what a denoiser makes of the picture is written. profile: whether a page tells where the time
+            went.
     """
 
     scene: SceneRequest
@@ -37,11 +39,15 @@ class RenderRequest:
     checkpoint: str | None
     checkpoint_every: float
     aovs: tuple[Aov, ...]
+    denoise: bool
     profile: bool
 
 
 def render_of(args: Namespace) -> RenderRequest:
     """What the options of ``render`` ask for."""
+    if args.denoise:
+        denoiser()  # so that an installation without it says so at once
+        args.sampler = args.sampler or SAMPLER
     scene, pictures = scene_and_pictures_of(args)
     note_unused(args, pictures)
     if args.bounces:

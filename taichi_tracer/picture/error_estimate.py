@@ -67,7 +67,7 @@ TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.86  # κ, if 2^(m+1) is a power of 4, a
 POWERS_OF_4 = 0x55555555
 # The logarithms of the factors by which the true κ may be larger, and smaller: so large that the interval holds the
 # truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly all of the error.
-LARGER, SMALLER, SMALLER_OF_FEW = 0.28, 0.45, 1.0
+LARGER, SMALLER, SMALLER_OF_FEW = 0.28, 0.85, 1.0
 FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels

@@ -248,6 +248,17 @@ class Film(PixelSums):
             for k in ti.static(range(3)):
                 image[row, column, k] = value[k]
 
+    def half_images(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """(h, w, 3) float32, top row first: the means of two independent halves of the samples; None without them."""
+        self.check_alive()
+        if self.halves == 1 or self.doubles:
+            return None
+        total, counts = self.total.read(self.memory), self.half_count.read(self.memory)[..., None]
+        if not self.own_pixels(upright((counts > 0).all(axis=(2, 3)))).all():
+            return None
+        first, second = (upright(total[:, :, k] / np.maximum(counts[:, :, k], 1)) for k in range(2))
+        return first, second
+
     def own_pixels(self, image: np.ndarray) -> np.ndarray:
         """The part of a (height, width, ...) image, top row first, that takes samples: files show only this part."""
         x0, x1, y0, y1 = self.crop

@@ -11,11 +11,13 @@ from taichi_tracer.files.picture import Picture
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import Aov, as_channels, channel_names, find_aovs
+from taichi_tracer.picture.denoised import Denoised, denoised
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.looks import looks_of
 from taichi_tracer.picture.progress import Progress
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
@@ -37,6 +39,7 @@ class RenderedPicture:
     scene_data: Any
     camera: Any
     active: Any
+    is_random: bool
     width: int
     height: int
     film: Film
@@ -114,6 +117,15 @@ class RenderedPicture:
         regions of many pixels are reliable.
         """
         return self.film.standard_error()
+
+    def denoised(self) -> Denoised:
+        """What Open Image Denoise (the extra ``denoise``) makes of the picture of light, and the error of that.
+
+        The sampler must have two independent halves of samples: "niederreiter_two" or "sobol".
+        """
+        if not (self.srgb and self.is_random):
+            raise InputError(f"denoise: {self.active.name} is no picture of light with noise")
+        return denoised(self)
 
     def image(self) -> Picture:
         """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.

@@ -137,6 +137,25 @@ def test_before_that_the_picture_so_far_is_kept():
         assert signal.getsignal(signal.SIGINT) == caught._note
 
 
+def test_what_is_kept_may_compile_a_kernel_itself():
+    kept = []
+    with Interruption() as caught:
+        watcher = WhileCompiling()
+
+        def keep():
+            kept.append(True)
+            watcher.begins(Slow())
+            assert signal.getsignal(signal.SIGINT) == caught._note
+            watcher.ends()
+
+        caught.keep = keep
+        for _ in range(2):
+            watcher.begins(Slow())
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+            watcher.ends()
+        assert kept == [True, True]
+
+
 def test_a_signal_that_came_before_a_kernel_is_compiled_ends_the_rendering():
     with Interruption() as caught:
         os.kill(os.getpid(), signal.SIGINT)

@@ -45,6 +45,12 @@ def add_arguments(parser: Parser) -> None:
         "FILE_against_reference.png",
     )
     parser.add_argument(
+        "--denoise",
+        action="store_true",
+        help="write what Open Image Denoise (the extra 'denoise') makes of the picture, and tell what error this has; "
+        "the sampler is then niederreiter_two",
+    )
+    parser.add_argument(
         "--profile",
         action="store_true",
         help="tell where the time goes, from the start of Python to the file, in a table and in FILE.profile.html",

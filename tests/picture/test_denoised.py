@@ -1,0 +1,102 @@
+"""What a denoiser adds is measured with samples that it has not seen, and is told."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.picture import denoised as module
+from taichi_tracer.picture.denoised import Denoised
+from taichi_tracer.picture.metrics import relative_rmse
+
+pytestmark = pytest.mark.usefixtures("f32")
+SIZE = 48
+
+
+class Filter:
+    """In the place of Open Image Denoise: a known bias and a known part of the noise."""
+
+    def __init__(self, bias, share):
+        self.bias, self.share = bias, share
+
+    def denoise(self, colour, albedo, normal, hdr):
+        assert hdr
+        assert albedo.shape == normal.shape == colour.shape
+        assert np.isfinite(albedo).all()
+        assert np.isfinite(normal).all()
+        return (self.truth + self.bias + self.share * (colour - self.truth)).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return tt.load_scene_data("cube", environment="white")
+
+
+@pytest.fixture(scope="module")
+def truth(scene):
+    return np.asarray(tt.A3Renderer(scene, SIZE, SIZE, seed=9).use("hemisphere").render(1024).image(), np.float64)
+
+
+def told_with(scene, truth, monkeypatch, bias, share, spp=16):
+    one = Filter(bias, share)
+    one.truth = truth
+    monkeypatch.setattr(module, "denoiser", lambda: one)
+    renderer = tt.A3Renderer(scene, SIZE, SIZE, sampler="niederreiter_two").use("hemisphere").render(spp)
+    return renderer, renderer.denoised()
+
+
+def test_the_bias_and_the_noise_that_is_left_are_told_apart(scene, truth, monkeypatch):
+    """A bias of a tenth of the mean, and a fifth of the noise of half of the samples."""
+    bias = 0.1 * truth.mean()
+    renderer, found = told_with(scene, truth, monkeypatch, bias, 0.2)
+    noise = relative_rmse(renderer.image(), truth)
+    assert found.noise == pytest.approx(noise, rel=0.1)
+    assert found.bias == pytest.approx(0.1, rel=0.05)
+    assert found.error == pytest.approx(math.hypot(0.1, 0.2 * math.sqrt(2) * noise), rel=0.05)
+    assert found.error <= found.high < 1.5 * found.error
+    np.testing.assert_allclose(found.image, truth + bias + 0.2 * (np.asarray(renderer.image()) - truth), atol=1e-3)
+    assert f"{100 * found.bias:.3g} % is bias that the denoiser added; the noise was " in str(found)
+
+
+def test_a_denoiser_that_is_right_has_an_error_of_which_an_end_is_known(scene, truth, monkeypatch):
+    _, found = told_with(scene, truth, monkeypatch, 0.0, 0.0)
+    assert found.error < 0.5 * found.noise
+    assert found.high < found.noise
+    assert str(Denoised(found.image, 0.0, 0.02, 0.0, 0.1)) == (
+        "denoised: error at most 2 %, of which 0 % is bias that the denoiser added; the noise was 10 %"
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda s: tt.A3Renderer(s, 8, 8).render(4), "niederreiter has no two halves of samples"),
+        (lambda s: tt.A3Renderer(s, 8, 8, sampler="independent").render(4), "independent has no two halves"),
+        (lambda s: tt.A3Renderer(s, 8, 8, sampler="sobol").render(1), "and two samples or more"),
+        (lambda s: tt.A1Renderer(s, 8, 8).render(1), "hit is no picture of light with noise"),
+    ],
+)
+def test_what_has_no_halves_is_refused(scene, make, told):
+    with pytest.raises(tt.InputError, match=told):
+        make(scene).denoised()
+
+
+def test_the_command_line_takes_two_sequences_and_tells_what_was_added(tmp_path, capsys):
+    pytest.importorskip("pyoidn")
+    words = ["render", "cornell_box", "--estimator", "mis", "--size", "64x64", "--spp", "8"]
+    assert main([*words, "--denoise", "-o", str(tmp_path / "a.png")]) == 0
+    told = capsys.readouterr().out
+    assert "a.png: 64x64, 8 spp, denoised: error " in told
+    assert "is bias that the denoiser added; the noise was " in told
+    assert main([*words, "-o", str(tmp_path / "b.png")]) == 0
+    assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
+
+
+def test_without_the_library_one_line_says_what_to_install(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    assert main(["render", "cube", "--denoise", "-o", str(tmp_path / "a.png")]) == 2
+    assert 'Open Image Denoise is not installed: pip install "taichi_tracer[denoise]"' in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
