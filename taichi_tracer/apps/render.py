@@ -36,6 +36,7 @@ SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
+MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, that is told
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -229,6 +230,7 @@ def make_picture(
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
         report_darkness(renderer, image, place)
+        report_fireflies(renderer)
         if renderer.pilot is not None:
             note(str(renderer.pilot))
         for text in renderer.notes():
@@ -313,6 +315,20 @@ def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path
     if share >= MOSTLY_DARK:
         advice = f"try --exposure {fitting_exposure(image)}"
         note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
+
+
+def report_fireflies(renderer: ProgressiveRenderer) -> None:
+    """A line if a few pixels hold most of the error: light that seldom is found made them much too bright."""
+    if not renderer.srgb or not renderer.is_random or renderer.samples < MANY_SAMPLES:
+        return
+    squares = np.nan_to_num(renderer.film.own_pixels(renderer.film.variance_of_mean()).sum(axis=2)).ravel()
+    largest = np.sort(squares)[::-1][: max(1, int(FEW_PIXELS * squares.size))].cumsum()
+    count = int(np.searchsorted(largest, squares.sum() / 2)) + 1
+    if squares.any() and count <= len(largest) < squares.size:
+        told = f"{count:,} of {squares.size:,} pixels, which are fireflies"
+        note(
+            f"half of the squared error lies in {told}: light that samples seldom find (docs/paths.md says what helps)"
+        )
 
 
 def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:

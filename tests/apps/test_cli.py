@@ -919,3 +919,19 @@ def test_auto_goes_on_with_the_cpu_where_a_gpu_cannot_compile_a_kernel(arch, tmp
     assert "vulkan cannot compile a kernel" in done.stderr
     assert ("going on with the CPU" in done.stderr) is (arch == "auto")
     assert (done.returncode, (tmp_path / "a.png").exists()) == ((0, True) if arch == "auto" else (2, False))
+
+
+def test_a_few_pixels_that_hold_half_of_the_error_are_told(tmp_path, monkeypatch, capsys):
+    """One pixel of 4,096 errs; then all err alike."""
+    from taichi_tracer.picture.film import Film
+
+    spread = np.zeros((64, 64, 3))
+    spread[3, 5] = 1
+    monkeypatch.setattr(Film, "variance_of_mean", lambda self: spread)
+    words = ["render", "cube", "--estimator", "mis", "--environment", "studio", "--size", "64x64", "--spp", "8", "-o"]
+    assert main([*words, str(tmp_path / "a.png")]) == 0
+    told = "note: half of the squared error lies in 1 of 4,096 pixels, which are fireflies"
+    assert told in capsys.readouterr().err
+    spread[:] = 1
+    assert main([*words, str(tmp_path / "a.png")]) == 0
+    assert "fireflies" not in capsys.readouterr().err
