@@ -43,10 +43,30 @@ def exact_total(total, rest, residue):
     return ti.select(is_halfway & has_more, other, total)
 
 
-def exact_means(total: np.ndarray, rest: np.ndarray, residue: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``PixelSums.exact_mean`` of every pixel, from the arrays of a film in the running precision."""
-    sums = [exact_totals(total[:, :, half], rest[:, :, half], residue[:, :, half]) for half in range(total.shape[2])]
+def exact_means(
+    total: np.ndarray, rest: np.ndarray, residue: np.ndarray, count: np.ndarray, is_one: bool = False
+) -> np.ndarray:
+    """(w, h, 3) ``PixelSums.exact_mean`` of every pixel, from the arrays of a film in the running precision.
+
+    Args:
+        is_one: whether both halves are one sequence.
+    """
+    if is_one:
+        sums = [exact_sequences(total, rest, residue)]
+    else:
+        sums = [exact_totals(total[:, :, k], rest[:, :, k], residue[:, :, k]) for k in range(total.shape[2])]
     return sum(sums[1:], sums[0]) / np.maximum(count, 1).astype(total.dtype)[..., None]
+
+
+def exact_sequences(total: np.ndarray, rest: np.ndarray, residue: np.ndarray) -> np.ndarray:
+    """(w, h, 3) ``PixelSums.exact_sequence`` of every pixel."""
+    whole, small, left = total[:, :, 0], rest[:, :, 0], residue[:, :, 0]
+    for part in (total, rest, residue):
+        rounded, lost = two_sums(whole, part[:, :, 1])
+        small, lost = two_sums(small, lost)
+        whole, small = two_sums(rounded, small)
+        left = left + lost
+    return exact_totals(whole, small, left)
 
 
 def exact_totals(total: np.ndarray, rest: np.ndarray, residue: np.ndarray) -> np.ndarray:

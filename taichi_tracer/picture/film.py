@@ -226,7 +226,7 @@ class Film(PixelSums):
             return upright(self.memory.array(self.canvas))
         if self.is_read_by_numpy:
             total, rest, count = self.total.read(self.memory), self.rest.read(self.memory), self.counts()
-            means = exact_means(total, rest, self.memory.array(self.residue), count)
+            means = exact_means(total, rest, self.memory.array(self.residue), count, self.doubles)
             return upright(np.where(count[..., None] > 0, means, self.memory.array(self.canvas)))
         image = np.empty((self.height, self.width, 3), np.float32)
         self._write_image(image)

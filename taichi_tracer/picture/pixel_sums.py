@@ -101,16 +101,29 @@ class PixelSums:
 
     @ti.func
     def exact_mean(self, x, y):
-        """The same, rounded once from the exact sum of each half: it does not depend on the order of the samples."""
+        """The same, rounded once from the exact sum of each sequence: it does not depend on the samples' order."""
         total = self.exact_half(x, y, 0)
-        for half in ti.static(range(1, self.halves)):
-            total += self.exact_half(x, y, half)
+        if ti.static(self.doubles):
+            total = self.exact_sequence(x, y)
+        else:
+            for half in ti.static(range(1, self.halves)):
+                total += self.exact_half(x, y, half)
         return total / ti.max(self.count.number(x, y, 0), 1)
 
     @ti.func
     def exact_half(self, x, y, half):
         """The sum of one half of a pixel, rounded once."""
         return exact_total(self.total.colour(x, y, half), self.rest.colour(x, y, half), self.residue[x, y, half])
+
+    @ti.func
+    def exact_sequence(self, x, y):
+        """The sum of both halves of a pixel, rounded once: it does not depend on where one half ends."""
+        total, rest, residue = self.total.colour(x, y, 0), self.rest.colour(x, y, 0), self.residue[x, y, 0]
+        for part in ti.static((self.total, self.rest)):
+            total, rest, lost = add_to_pair(total, rest, part.colour(x, y, 1))
+            residue += lost
+        total, rest, lost = add_to_pair(total, rest, self.residue[x, y, 1])
+        return exact_total(total, rest, residue + lost)
 
     def counts(self) -> np.ndarray:
         """[x, y] the number of samples of every pixel."""

@@ -32,6 +32,7 @@ LABEL_GAP = 0.052  # of the height of the axes: the distance between the middles
 ROOM_FOR_TWO_LINES = 0.08  # of the height of the axes
 SHOWN = 512  # pixels, width of a picture in the page where there is room
 WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
+LEFT_OUT = "Not compared", "Others did not reach"  # how sentences begin whose list is folded
 STYLE = """
 .findings { font-size: 1.12em; } .findings li { margin: 0.35em 0; } .findings li:first-child { font-weight: 700; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); gap: 14px; }
@@ -274,13 +275,21 @@ def as_html(study: Study) -> str:
         "costs": ["fewer bounces"] if any(curve.is_biased for curve in study.curves) else [],
         "about": [] if study.reference_bounces is None else ["most bounces"],
     }
-    findings = "".join(f"<li>{page.html.escape(sentence)}</li>" for sentence in tables.summary(study))
+    findings = "".join(f"<li>{folded(sentence)}</li>" for sentence in tables.summary(study))
     parts = [f"<ul class='findings'>{findings}</ul>"]
     for name, content in contents.items():
         if content is not None:
             title, _, note = told([name, *more.get(name, [])], {"study": study}, sentences.PAGE).partition("\n")
             parts += [f"<h2>{title}</h2>" if title else "", content, page.paragraph(note, "note") if note else ""]
     return page.page(f"What accuracy costs in time: {study.facts.title}", parts, STYLE)
+
+
+def folded(sentence: str) -> str:
+    """HTML of a sentence; what follows the colon of one that says what was left out is opened by a click."""
+    head, colon, rest = sentence.partition(": ")
+    if not (sentence.startswith(LEFT_OUT) and colon):
+        return page.html.escape(sentence)
+    return f"<details><summary>{page.html.escape(head)}</summary>{page.html.escape(rest)}</details>"
 
 
 def table(rows: list[dict]) -> str | None:

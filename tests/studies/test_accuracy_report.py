@@ -53,6 +53,14 @@ def test_labels_on_a_narrow_screen_are_short(study):
     assert {text.partition(":")[0] for text in broad} >= {"mis, niederreiter", "mis, independent"}
 
 
+def test_what_was_left_out_is_folded():
+    folded = accuracy_report.folded("Not compared, because there was no time to compile them: a; b & c.")
+    assert folded == (
+        "<details><summary>Not compared, because there was no time to compile them</summary>a; b &amp; c.</details>"
+    )
+    assert accuracy_report.folded("To 2 % error: a < b.") == "To 2 % error: a &lt; b."
+
+
 def test_identifiers_in_the_drawings_differ(html):
     clips = re.findall(r'<clipPath id="([^"]+)"', html)
     assert len(clips) == len(set(clips)) > 0
