@@ -27,7 +27,7 @@ from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.pilot import AUTO, Pilot
 from taichi_tracer.random_numbers import RandomNumbers
-from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
+from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
@@ -131,7 +131,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         if self.adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self._integrators: dict[str, Integrator] = {}
-        usual = ADAPTIVE_SAMPLER if self.adaptive else DEFAULT_SAMPLER
+        usual = usual_sampler(self.adaptive)
         chosen = PARTS.find("sampler", given["sampler"] or usual)
         if isinstance(chosen, UniformSampler):
             self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)

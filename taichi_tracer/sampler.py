@@ -63,6 +63,11 @@ class Sampler:
         return tm.vec2(0)
 
 
+def usual_sampler(adaptive: bool) -> str:
+    """The name of the sampler of a picture, unless another one is given."""
+    return ADAPTIVE_SAMPLER if adaptive else DEFAULT_SAMPLER
+
+
 def sampler_of(chosen: Sampler, camera) -> Sampler:
     """A copy of a sampler that knows the size of a camera's pictures."""
     sampler = copy.copy(chosen)

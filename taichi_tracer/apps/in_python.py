@@ -12,6 +12,7 @@ from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.sampler import usual_sampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data, name_of
 from taichi_tracer.system import runtime
@@ -80,7 +81,7 @@ def renderer_options(renderer: ProgressiveRenderer) -> dict[str, Any]:
     options: dict[str, Any] = {
         "camera": renderer.camera.name,
         "jitter": renderer.jitter if renderer.jitter != renderer.jitters else None,
-        "sampler": renderer.sampler.name,
+        "sampler": None if renderer.sampler.name == usual_sampler(renderer.adaptive) else renderer.sampler.name,
         "seed": renderer.seed,
         "first_sample": renderer.first_sample,
         "crop": None if crop == (0, renderer.width, 0, renderer.height) else crop,

@@ -10,6 +10,7 @@ from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.sampler import usual_sampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.digits import digits
@@ -30,7 +31,8 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     if renderer.needs_light:
         environment = scene.environment
         words += ["--environment", "none" if environment is None else environment.name]
-        words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
+        is_usual = renderer.sampler.name == usual_sampler(renderer.adaptive)
+        words += ["--spp", str(renderer.samples), *([] if is_usual else ["--sampler", renderer.sampler.name])]
     words += value_words(renderer)
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
