@@ -72,7 +72,7 @@ PATHS = tuple(Way("path", n) for n in (1, 3, 8)) + (Way("explicit", 3), Way("imp
 OTHERS = tuple(Way(*of, how) for of in (("mis", 0), ("path", 3)) for how in ("adaptive", "crop", "merged", "continued"))
 SHOWN = (  # with their seeds
     ("small_in_view", Way("mis"), 1),
-    ("above_glass", Way("path", 8), 0),
+    ("above_glass", Way("path", 8), 2),
     ("indirect", Way("implicit", 3), 0),
     ("plates", Way("brdf"), 0),
 )
