@@ -21,6 +21,7 @@ FIRST = 4  # samples of the usual estimator in the picture; they tell how long t
 SAMPLES, SMALLER = 16, 4  # of each estimator in the copy, whose sides are so much smaller: one sample of the picture
 SHARE, COMPILING = 0.1, 0.5  # of the rendering: the most that the copies take, and the compilation for them
 POWER = 0.7  # p: between 1/2, for independent samples, and 1
+SMALLEST = 1e-6  # an error; where all samples are alike, that of the picture is 0
 LARGER = 1.1  # another estimator is taken only if the usual one needs so much longer
 
 
@@ -40,7 +41,9 @@ class Trial(NamedTuple):
     def seconds_to(self, error: float) -> float:
         """Seconds of rendering until the picture has an error; ∞ if its own is unknown."""
         own = math.hypot(self.error, self.error.unseen)
-        return math.inf if math.isnan(own) else self.seconds * SAMPLES * (own / error) ** (1 / POWER)
+        return (
+            math.inf if math.isnan(own) or math.isnan(error) else self.seconds * SAMPLES * (own / error) ** (1 / POWER)
+        )
 
     def error_after(self, seconds: float) -> float:
         """The error after some seconds of rendering."""
@@ -80,12 +83,13 @@ class Pilot:
         faster = first.seconds_per_sample / trial.seconds  # or slower: a pixel of the picture, and of the copy
         self.trials = [trial._replace(seconds=first.seconds_per_sample)]
         whole = time_of(target, self.trials[0])
-        self.wanted = target.error or self.trials[0].error_after(whole)
         ends = self.seconds + SHARE * whole, self.compile_seconds + COMPILING * whole
         self.left_out = [one.name for one in others]
         while self.left_out and self.seconds < ends[0] and self.compile_seconds < ends[1]:
             trial = self.tried(copy, renderer, self.left_out.pop(0), target)
             self.trials.append(trial._replace(seconds=trial.seconds * faster))
+        reached = [one.error_after(whole) for one in self.trials]
+        self.wanted = target.error or max(SMALLEST, min(reached, key=lambda e: math.inf if math.isnan(e) else e))
         self.trials.sort(key=lambda t: t.seconds_to(self.wanted) * (1.0 if t.name == usual.name else LARGER))
         if self.trials[0].name != usual.name or renderer.adaptive:
             use(renderer, self.trials[0].name)

@@ -163,3 +163,15 @@ def test_a_checkpoint_wants_the_name_of_the_estimator(tmp_path, capsys):
     assert main(["render", "cube", "--estimator", "auto", *words]) == 2
     assert "keeps the samples of one estimator: name it, not auto" in capsys.readouterr().err
     assert list(Path(tmp_path).iterdir()) == []
+
+
+@pytest.mark.parametrize("environment", ["white", None])
+def test_where_nothing_errs_or_nothing_shines_the_usual_estimator_stays_or_a_cheaper_one_is_taken(environment):
+    """Samples of the BRDF have no error on a convex body under even light; without light, no error is known."""
+    made = tt.load_scene_data("cube", environment=environment)
+    renderer = tt.A3Renderer(made, 16, 16).use("auto").render(100)
+    assert renderer.samples == 100
+    assert {one.name for one in renderer.pilot.trials} <= set(renderer.names())
+    assert str(renderer.pilot).startswith("auto: ")
+    if environment is None:
+        assert renderer.active.name == "mis"
