@@ -42,7 +42,7 @@ def test_a_new_command_is_a_new_file(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "hello you\n"
 
 
-@pytest.mark.parametrize("command", ["render", "accuracy", "grade"])
+@pytest.mark.parametrize("command", ["render", "turntable", "accuracy", "grade"])
 def test_a_command_runs_here_or_on_a_cluster(command, monkeypatch):
     monkeypatch.setattr(grammar, "load", lambda target: lambda args: target)
     words = [command, "cube", *(["."] if command == "grade" else [])]

@@ -12,7 +12,19 @@ Every call of the program imports all files of this folder, a help included: wha
 import os
 
 # The order of the help. Commands that are not named here come after these, by their names.
-ORDER = ("render", "merge", "view", "export", "info", "effects", "explain", "accuracy", "samples", "compare")
+ORDER = (
+    "render",
+    "merge",
+    "turntable",
+    "view",
+    "export",
+    "info",
+    "effects",
+    "explain",
+    "accuracy",
+    "samples",
+    "compare",
+)
 ORDER += ("hardcases", "new-part", "check-part", "assignment", "check", "grade", "warm-up", "doctor")
 
 
