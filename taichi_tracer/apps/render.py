@@ -322,7 +322,8 @@ def report_fireflies(renderer: ProgressiveRenderer) -> None:
     if not renderer.srgb or not renderer.is_random or renderer.samples < MANY_SAMPLES:
         return
     squares = np.nan_to_num(renderer.film.own_pixels(renderer.film.variance_of_mean()).sum(axis=2)).ravel()
-    largest = np.sort(squares)[::-1][: max(1, int(FEW_PIXELS * squares.size))].cumsum()
+    few = max(1, int(FEW_PIXELS * squares.size))
+    largest = np.sort(np.partition(squares, -few)[-few:])[::-1].cumsum()
     count = int(np.searchsorted(largest, squares.sum() / 2)) + 1
     if squares.any() and count <= len(largest) < squares.size:
         told = f"{count:,} of {squares.size:,} pixels, which are fireflies"

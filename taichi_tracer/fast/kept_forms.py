@@ -27,7 +27,7 @@ def key_of(renderer: Any, scene: Any, integrator: Any) -> str:
 
 
 class KeptForms:
-    """For each key the seconds that were rendered without the form, or ``COMPILED``; the last one of each machine."""
+    """For each key the seconds that were rendered without the form, or ``COMPILED``; the newest ``MOST`` of them."""
 
     def __init__(self) -> None:
         self._known: dict[str, float] | None = None

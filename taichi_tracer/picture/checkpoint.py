@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
+from taichi_tracer.picture.film_arrays import check_kind
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
@@ -67,5 +68,6 @@ def load(renderer, path: str | Path) -> None:
     check_same(path, facts, "this picture", json.loads(json.dumps(renderer.facts())))
     if len(ranges) != 1 or ranges[0][0] != renderer.first_sample:
         raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {renderer.first_sample} on")
+    check_kind(renderer.film, arrays, path)
     renderer.begin()
     renderer.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])

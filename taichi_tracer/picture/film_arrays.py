@@ -1,5 +1,6 @@
 """The content of a film as arrays, for checkpoints and for films of other processes."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,8 +44,15 @@ def arrays_of(film: Any) -> dict[str, np.ndarray]:
     return arrays
 
 
+def check_kind(film: Any, arrays: dict[str, np.ndarray], source: str | Path) -> None:
+    """Raise an InputError, which begins with ``source``, if the samples of the arrays are not of one sequence."""
+    if film.doubles and "before" not in arrays:
+        raise InputError(f"{source}: its samples are of two sequences for each pixel, and not of one: begin a new file")
+
+
 def restore(film: Any, arrays: dict[str, np.ndarray]) -> None:
     """Give a ``Film`` the content of ``arrays_of``, to the last bit."""
+    check_kind(film, arrays, "film")
     values, counts = arrays["values"], arrays["counts"]
     pairs = values[:, :, : 2 * film.halves].reshape(film.width, film.height, film.halves, 2, 3)
     half_counts = np.stack([counts[..., 0] - counts[..., 1], counts[..., 1]], axis=2)
@@ -58,10 +66,6 @@ def restore(film: Any, arrays: dict[str, np.ndarray]) -> None:
         largest = arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))
         parts.append((film.largest, largest[..., None]))
     if film.doubles:
-        if "before" not in arrays:
-            raise InputError(
-                "film: an earlier version took these samples, of two sequences for each pixel: begin a new file"
-            )
         parts.append((film.before, arrays["before"][:, :, None]))
     for numbers, array in parts:
         numbers.write(film.memory, array)

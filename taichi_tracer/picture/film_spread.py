@@ -53,9 +53,10 @@ def spread_by_numpy(film: Any) -> Spread:
         largest, halves = film.largest.read(memory)[..., 0], film.half_count.read(memory)
         groups = np.where((halves > 0).all(axis=2), 2, 1)
         total = film.total.read(memory)
-        errors = errors_from_halves(total, halves) if not film.doubles else None
         if film.doubles:
             errors = errors_of_sequence(film.before.read(memory)[:, :, 0], total, halves)
+        else:
+            errors = errors_from_halves(total, halves)
     else:
         largest = np.zeros(count.shape, runtime.dtype())
         errors = errors_from_deviations(memory.array(film.deviation), memory.array(film.scale), count)
