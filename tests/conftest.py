@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support import start
 
+from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 
 
@@ -21,6 +22,14 @@ def precision(request):
     """Taichi in each precision; its name."""
     start(request.param)
     return request.param
+
+
+@pytest.fixture(scope="module", autouse=True)
+def single_precision_afterwards():
+    """A file that names no precision has f32, whichever file ran before it."""
+    yield
+    if (settings := runtime.current()) and settings.precision != "f32":
+        start("f32")
 
 
 @pytest.fixture(scope="module", autouse=True)
