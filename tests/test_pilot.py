@@ -120,6 +120,7 @@ def test_a_choice_holds_until_the_picture_changes(scene, measured):
     assert renderer.render(2).active.name == "mis"
 
 
+@pytest.mark.long
 def test_an_adaptive_picture_and_a_camera_of_ones_own_have_a_pilot_too(scene):
     class MyCamera(tt.Camera):
         @ti.func

@@ -57,6 +57,7 @@ def test_tiles_have_the_same_bits(scene, view, options):
     np.testing.assert_array_equal(tiles, pixels)
 
 
+@pytest.mark.long
 def test_random_samples_are_taken_pixel_by_pixel(scene):
     renderer = tt.A1Renderer(scene, WIDTH, HEIGHT, jitter=True)
     renderer.plan.choose_eye_rays(in_tiles=True)

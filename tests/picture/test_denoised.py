@@ -84,6 +84,7 @@ def test_what_has_no_halves_is_refused(scene, make, told):
         make(scene).denoised()
 
 
+@pytest.mark.long
 def test_the_command_line_takes_two_sequences_and_tells_what_was_added(tmp_path, capsys):
     pytest.importorskip("pyoidn")
     words = ["render", "cornell_box", "--estimator", "mis", "--size", "64x64", "--spp", "8"]

@@ -494,7 +494,7 @@ def test_an_atomic_function_changes_a_mixed_vector_only_by_its_numbers():
         changes_a_mixed_vector_by_an_atomic_function(Store())
 
 
-@pytest.mark.parametrize("has_arrays", [True, False])
+@pytest.mark.parametrize("has_arrays", [True, pytest.param(False, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("kernel", "error", "told"), WRONG, ids=[kernel.__name__ for kernel, _, _ in WRONG])
 def test_a_mistake_in_a_kernel_is_told_as_taichi_tells_it(kernel, error, told, has_arrays):
     if has_arrays:
