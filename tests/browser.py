@@ -20,6 +20,29 @@ from PIL import Image
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FIRST_FREE = 20  # descriptors below are left to Python; the browser gets 3 and 4
 SECONDS = 120.0
+# JavaScript: texts of the page that are not wholly in the window, or scroll out of their place, or have small letters.
+CUT = """
+(() => {
+  const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const owner = walk.currentNode.parentElement, range = document.createRange();
+    if (!walk.currentNode.textContent.trim() || owner.closest("script, style, title")) continue;
+    range.selectNodeContents(walk.currentNode);
+    const svg = owner.closest("svg"), scale = svg?.viewBox.baseVal?.width
+      ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
+    const points = parseFloat(getComputedStyle(owner).fontSize) * scale;
+    for (const box of range.getClientRects()) {
+      if (box.width === 0) continue;
+      const place = svg?.getBoundingClientRect() ?? {left: 0, right: innerWidth};
+      if (box.left < place.left - 1 || box.right > Math.min(place.right, innerWidth) + 1 || points < 10.95)
+        found.push([walk.currentNode.textContent.trim().slice(0, 40), box.left, box.right, points]);
+    }
+  }
+  const whole = document.documentElement.scrollWidth;
+  if (whole > innerWidth) found.push(["the page", 0, whole, 0]);
+  return found;
+})()
+"""
 
 
 def path_of_browser() -> str | None:

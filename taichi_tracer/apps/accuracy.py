@@ -168,7 +168,7 @@ def as_text(study: convergence.Study) -> list[str]:
     for curve, row in zip(study.curves, rows, strict=True):
         times = "".join(f"{short(curve.seconds_to(t)):>10}" for t in convergence.TARGETS)
         per_sample = f"{row['ms per sample']:.2f}" + ("~" if row["time factor"] > accuracy_tables.CERTAIN else " ")
-        seconds, error = curve.last
+        seconds, error = curve.best
         bias = "?" if row["bias z"] != row["bias z"] else digits(row["bias z"], "6.1f")
         lines.append(
             f"{row['variant']:<{width}}  {times}  {percent(error):>11}  {short(seconds):>8}  "

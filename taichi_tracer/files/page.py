@@ -28,6 +28,18 @@ figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; max-
 figcaption { font-size: 0.86em; }
 img { image-rendering: pixelated; display: block; max-width: 100%; height: auto; }
 svg { max-width: 100%; height: auto; } .note { color: var(--soft); }
+.bars { display: grid; grid-template-columns: auto 1fr; gap: 3px 8px; align-items: center; font-size: 0.86em; }
+.bars b { font-weight: 400; text-align: right; } .bars span { display: flex; align-items: center; gap: 6px; }
+.bars i { height: 14px; flex: none; }
+@media screen and (max-width: 700px) {
+  body, .cards td { overflow-wrap: anywhere; } th, td { white-space: normal; overflow-wrap: break-word; }
+  .cards table, .cards tbody, .cards tr { display: block; } .cards thead { display: none; }
+  .cards tr { padding: 0.5em 0; border-bottom: 2px solid var(--grid); }
+  .cards td { display: flex; justify-content: space-between; gap: 1em; border: 0; padding: 1px 0; }
+  .cards td::before { content: attr(data-head); color: var(--soft); text-align: left; flex: none; max-width: 50%; }
+  .cards td:first-child { font-weight: 600; }
+  .bars { grid-template-columns: 1fr; } .bars b { text-align: left; }
+}
 """
 
 # A click on the head of a column sorts the table by its numbers, or by its words where it has no numbers.
@@ -68,16 +80,30 @@ def paragraph(text: str, kind: str = "") -> str:
 
 def table(rows: list[dict], columns: list[str]) -> str:
     """Rows of text under named columns, which a click on a name sorts."""
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(str(r.get(c, '')))}</td>" for c in columns) + "</tr>" for r in rows
-    )
-    return sortable("".join(f"<th>{html.escape(c)}</th>" for c in columns), body)
+    return cards([{c: html.escape(str(r.get(c, ""))) for c in columns} for r in rows], columns)
 
 
-def sortable(head: str, body: str) -> str:
+def cards(rows: list[dict], columns: list[str]) -> str:
+    """``table`` of cells that are HTML already; on a narrow screen, each row is a list of names and values."""
+    heads = [html.escape(c) for c in columns]
+    cells = ("".join(f"<td data-head='{h}'>{r[c]}</td>" for h, c in zip(heads, columns, strict=True)) for r in rows)
+    return sortable("".join(f"<th>{h}</th>" for h in heads), "".join(f"<tr>{row}</tr>" for row in cells), "wide cards")
+
+
+def sortable(head: str, body: str, kind: str = "wide") -> str:
     """A table of cells and rows that are HTML already; it scrolls by itself on narrow screens."""
     rows = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    return f"<div class='wide'><table class='sortable'>{rows}</table></div>"
+    return f"<div class='{kind}'><table class='sortable'>{rows}</table></div>"
+
+
+def bars(values: list[tuple[str, float, str]], colour: str) -> str:
+    """A bar for each (name, length as a fraction of the longest one, number in words)."""
+    rows = (
+        f"<b>{html.escape(name)}</b><span><i style='width: {75 * share:.1f}%; background: {colour}'></i>"
+        f"{html.escape(number)}</span>"
+        for name, share, number in values
+    )
+    return f"<div class='bars'>{''.join(rows)}</div>"
 
 
 def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> str:

@@ -5,6 +5,7 @@ forth between a line and a legend.
 """
 
 import math
+import textwrap
 from pathlib import Path
 from threading import Thread
 
@@ -19,7 +20,7 @@ from taichi_tracer.studies import drawing
 from taichi_tracer.studies.accuracy_sentences import show, told
 from taichi_tracer.studies.accuracy_tables import main_curves
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
-from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
+from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK, SMALL
 from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png")
@@ -46,11 +47,13 @@ summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 """
 
 
-# Of the charts of the page: inches of width and height, and where the axes begin and end, in fractions of the width.
+# Of the charts of the page: inches of width, of height and of a row of bars, and where the axes begin and end, in
+# fractions of the width. A telephone shows the narrow ones 360 pixels wide, so that a point has more than a pixel.
 SHAPES = {
-    "broad": (12, 6.6, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
-    "narrow": (6.4, 7, {"curves": (0.13, 0.6), "knobs": (0.33, 0.68), "wait": (0.2, 0.72)}),
+    "broad": (12, 6.6, 0.42, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
+    "narrow": (4.8, 7, 0.56, {"curves": (0.15, 0.54), "knobs": (0.35, 0.64), "wait": (0.26, 0.58)}),
 }
+NARROW_LABEL = 16  # letters beside an axis in a narrow chart, before the next line begins
 
 
 def get_ready() -> None:
@@ -101,17 +104,32 @@ def chart(study: Study, name: str) -> str:
 
 def chart_in(study: Study, name: str, shape: str) -> str:
     """A chart as SVG in one shape, with values that appear under the mouse."""
+    figure, titles = figure_of(study, name, shape)
+    return f"<div class='{shape}'>{drawing.svg_of(figure, f'{shape}-{name}', titles)}</div>"
+
+
+def figure_of(study: Study, name: str, shape: str):
+    """(the ``matplotlib`` figure of a chart, group of points → what each of them is)."""
     from matplotlib.figure import Figure
 
     rows = {"knobs": len(tables.knob_rows(study)), "wait": len(waits(study)[1])}
-    width, height, sides = SHAPES[shape]
+    width, height, of_row, sides = SHAPES[shape]
     if name in rows:
-        height = 1.3 + 0.42 * rows[name]
+        height = 1.3 + of_row * rows[name]
     figure = Figure(figsize=(width, height), facecolor="none")
     left, right = sides[name]
     axes = figure.add_axes((left, 0.72 / height, right - left, 1 - 1.15 / height))
-    draw_it = {"curves": draw_curves, "knobs": draw_knobs, "wait": draw_wait}[name]
-    return f"<div class='{shape}'>{drawing.svg_of(figure, f'{shape}-{name}', draw_it(study, axes))}</div>"
+    return figure, {"curves": draw_curves, "knobs": draw_knobs, "wait": draw_wait}[name](study, axes)
+
+
+def is_narrow(axes) -> bool:
+    """Whether there is no room for long labels."""
+    return axes.figure.get_figwidth() <= SHAPES["narrow"][0]
+
+
+def beside_axis(axes, labels: list[str]) -> list[str]:
+    """Labels of rows, in several lines where there is no room."""
+    return [textwrap.fill(label, NARROW_LABEL) if is_narrow(axes) else label for label in labels]
 
 
 def draw_curves(study: Study, axes) -> dict[str, list[str]]:
@@ -135,7 +153,7 @@ def draw_curves(study: Study, axes) -> dict[str, list[str]]:
             for s, e, n in zip(seconds, errors, curve.samples[known], strict=True)
         ]
         text = curve.variant.label if len(samplers) > 1 else without_sampler(curve)
-        if axes.figure.get_figwidth() <= SHAPES["narrow"][0]:  # no room: the colour and its first label say which it is
+        if is_narrow(axes):  # the colour and its first label say which it is
             text = without_sampler(curve) if is_first else curve.variant.sampler
         ends.append((seconds[-1], errors[-1], f"{text}: {percent(errors[-1] / 100)}", colour, is_first))
     prepare_curves(study, axes)
@@ -155,17 +173,19 @@ def prepare_curves(study: Study, axes) -> None:
     for target in TARGETS:
         if y0 < 100 * target < y1:
             axes.axhline(100 * target, color=GRID, linewidth=2.2, zorder=0)
-    small = {"fontsize": FONT - 2, "textcoords": "offset points"}
+    small = {"fontsize": SMALL, "textcoords": "offset points"}
     if truth > y0:
         axes.axhspan(y0, truth, color="#8a97a5", alpha=0.13, linewidth=0)
-        words = f"reference: {percent(study.truth.error)}; below, pictures\ntell their own error"
+        words = f"reference: {percent(study.truth.error)}; below, pictures tell their own error"
+        words = textwrap.fill(words, 20 if is_narrow(axes) else 36)
         is_broad = math.log(truth / y0) > ROOM_FOR_TWO_LINES * math.log(y1 / y0)
         place = {"xytext": (0, -3), "va": "top"} if is_broad else {"xytext": (0, 3), "va": "bottom"}
         drawing.write(axes, words, (0.01, truth), xycoords=("axes fraction", "data"), **place, **small)
     x = np.array([x0, x0**0.65 * x1**0.35, x1])
     guide = 0.75 * y1 * (x / x0) ** -0.5
     axes.loglog(x, guide, color=INK, linestyle=":", linewidth=1.2)
-    drawing.write(axes, "4 times the time, half the error", (x[1], guide[1]), xycoords="data", xytext=(4, 6), **small)
+    halved = "4 times the time,\nhalf the error" if is_narrow(axes) else "4 times the time, half the error"
+    drawing.write(axes, halved, (x[1], guide[1]), xycoords="data", xytext=(4, 6), **small)
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
     drawing.set_ticks(axes.xaxis, x0, x1, drawing.seconds_in_words)
@@ -181,9 +201,10 @@ def label_ends(axes, ends: list) -> None:
     wanted = [(math.log(end[1]) - y0) / (y1 - y0) for end in order]
     for (x, y, text, colour, is_first), place in zip(order, drawing.spread(wanted, LABEL_GAP), strict=True):
         arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.55, "shrinkA": 1}
-        weight = "bold" if is_first else "normal"
+        weight = "bold" if is_first and not is_narrow(axes) else "normal"
+        size = {"fontsize": SMALL if is_narrow(axes) else FONT}
         beside = {"xycoords": "data", "xytext": (1.03, place), "textcoords": "axes fraction", "va": "center"}
-        drawing.write(axes, text, (x, y), colour, **beside, fontweight=weight, arrowprops=arrow)
+        drawing.write(axes, text, (x, y), colour, **beside, **size, fontweight=weight, arrowprops=arrow)
 
 
 def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
@@ -192,7 +213,7 @@ def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
     for i, row in enumerate(rows):
         for name, offset, marker, colour in (("time", -0.16, "o", TIME), ("error", 0.16, "D", ERROR)):
             ratio, low, high = row[name], row[f"{name} low"], row[f"{name} high"]
-            place = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": FONT - 2}
+            place = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": SMALL}
             drawing.write(axes, f"× {in_short(ratio, low, high)}", (1.02, i + 1.2 * offset), colour, **place)
             if not ratio > 0:
                 continue
@@ -207,7 +228,8 @@ def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(range(len(rows)), [sentences.named(row, sentences.BESIDE_CHARTS) for row in rows])
+    labels = beside_axis(axes, [sentences.named(row, sentences.BESIDE_CHARTS) for row in rows])
+    axes.set_yticks(range(len(rows)), labels)
     drawing.set_ticks(axes.xaxis, low, high, lambda v: f"{v:g} ×")
     drawing.dress(axes, "times that of the first variant")
     drawing.write(axes, "● time", (0, 1.02), TIME, va="bottom")
@@ -233,25 +255,27 @@ def waits(study: Study) -> tuple[float, list[tuple[Curve, float]]]:
 def draw_wait(study: Study, axes) -> dict[str, list[str]]:
     """A bar per estimator: starting, reading, compiling, and rendering until an error is reached."""
     target, rows = waits(study)
-    farthest = 0.0
+    farthest, gap = 0.0, "\n " if is_narrow(axes) else " "
     for i, (curve, seconds) in enumerate(rows):
         is_reached, left = seconds > 0, 0.0
-        rendering = seconds if is_reached else curve.last[0]
+        rendering = seconds if is_reached else curve.best[0]
         parts = (study.start_seconds, study.facts.read_seconds, curve.compile_seconds, rendering)
         for (name, colour), part in zip(PARTS.items(), parts, strict=True):
             part = 0.0 if math.isnan(part) else part
             axes.barh([i], [part], 0.62, left=left, color=colour, alpha=1.0 if name != "render" or is_reached else 0.35)
             left += part
         farthest = max(farthest, left)
-        words = f" {left:.1f} s" if is_reached else f" {percent(curve.last[1])} after {left:.1f} s"
+        words = f" {left:.1f} s" if is_reached else f" {percent(curve.best[1])} after{gap}{left:.1f} s"
         drawing.write(axes, words, (left, i), xycoords="data", va="center")
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xlim(0, max(farthest, 1e-3) * 1.05)
-    axes.set_yticks(range(len(rows)), [without_sampler(curve) for curve, _ in rows])
+    axes.set_yticks(range(len(rows)), beside_axis(axes, [without_sampler(curve) for curve, _ in rows]))
     goal = f" to {100 * target:g} % error" if any(seconds > 0 for _, seconds in rows) else ""
     drawing.dress(axes, f"seconds from the key press{goal}")
     for k, (name, colour) in enumerate(PARTS.items()):
-        drawing.write(axes, f"■ {name}", (0.27 * k, 1.02), colour, va="bottom")
+        place = {"xycoords": ("figure fraction", "axes fraction")} if is_narrow(axes) else {}
+        at = 0.02 + 0.24 * k if is_narrow(axes) else 0.27 * k
+        drawing.write(axes, f"■ {name}", (at, 1.02), colour, va="bottom", **place)
     return {}
 
 
@@ -305,7 +329,7 @@ def costs(study: Study) -> list[dict]:
         words = {
             "variant": row["variant"],
             **{f"to {t:.0%}": "not reached" if math.isnan(s) else f"{s:.3g} s" for t, s in seconds.items()},
-            "best error": f"{percent(row['last error'])} after {row['after s']:.3g} s",
+            "best error": f"{percent(row['best error'])} after {row['after s']:.3g} s",
             "ms per sample": show(row["ms per sample"]) + " (uncertain)" * (row["time factor"] > tables.CERTAIN),
         }
         rows.append(words | {name: row[name] for name in ("variance x time", "compile s", "bias z")})

@@ -15,14 +15,16 @@ IN_PERCENT = ("missing light", "standard error", "noise")  # beginnings of the n
 
 # A finding is a clause, or several, one after the other, and a point at the end.
 CLAUSES = {
-    "nobody": "No variant reached {target:percent} within the {budget:g} s of the study",
-    "nearest": ": {variant} came nearest, with {last error:percent} after {after s:.3g} s of rendering",
+    "nobody": "No variant reached {target:percent} within the {budget:g} s of the study, in which the best one, "
+    "{variant}, was rendered for {rendered s:.3g} s",
+    "nearest": ": its best picture has {best error:percent} after {after s:.3g} s of rendering",
+    "by luck": ", but others of its pictures with as many samples or more do not have that",
     "fastest": "To {target:percent} error, {variant} is fastest: {seconds:.3g} s of rendering",
     "hidden": "; light that no sample met may add {unseen:percent}",
     "alike": "; the time of {alike: and of } cannot be told from it",
     "slowest": "{variant} needs {seconds:.3g} s for it, {ratio:longer}",
     "missed": "Others did not reach {target:percent} in the time that they had: {missed:came to}",
-    "came to": "{variant} came to {last error:percent} in {after s:.2g} s",
+    "came to": "{variant} came to {best error:percent} in {after s:.2g} s",
     "unmet": "{curve.variant.label} met the light in {curve.unmet[0]:,} of the {curve.unmet[1]:,} pixels where it is "
     "rare: its error is unknown",
     "unseen": "Light that no sample met may add {low:percent} to the error of {variants:; }",

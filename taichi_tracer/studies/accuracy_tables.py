@@ -37,8 +37,9 @@ def efficiency_table(study: Study) -> list[dict]:
         {
             "variant": curve.variant.label,
             **{f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS},
-            "last error": curve.last[1],
-            "after s": curve.last[0],
+            "best error": curve.best[1],
+            "after s": curve.best[0],
+            "rendered s": curve.rendered,
             f"ratio at {MIDDLE:.0%}": curve.seconds_to(MIDDLE) / best,
             "ms per sample": curve.milliseconds_per_sample,
             "time factor": curve.time_factor,
@@ -158,8 +159,9 @@ def who_wins(study: Study, target: float = MIDDLE) -> Iterator[Finding]:
     reached = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not reached:
         is_chance = any(c.is_unsure for c in main)  # an error that measures chance is no merit
-        nearest = min(main, key=lambda c: c.last[1])
+        nearest = min(main, key=lambda c: c.best[1])
         rest = hidden_in(max(main, key=lambda c: c.unseen)) if is_chance else ["nearest"]
+        rest += ["by luck"] if "nearest" in rest and nearest.best[1] <= target else []
         yield ["nobody", *rest], aim | costs[nearest] | {"unseen": max(c.unseen for c in main)}
         easier = [t for t in TARGETS if t > target and any(c.seconds_to(t) > 0 for c in main)]
         yield from who_wins(study, easier[-1]) if easier else ()
@@ -175,7 +177,7 @@ def who_wins(study: Study, target: float = MIDDLE) -> Iterator[Finding]:
     missed = [c for c in main if c not in reached]
     named = [c for c in missed if c.variant.sampler == study.base.sampler]
     for sampler in dict.fromkeys(c.variant.sampler for c in missed if c not in named):  # the best of each other one
-        named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.last[1]))
+        named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.best[1]))
     if missed:
         yield ["missed"], aim | {"missed": [costs[c] for c in named]}
 

@@ -10,7 +10,7 @@ variants render in the same rounds, so that whatever else the machine does meets
 
 import math
 import statistics
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -69,6 +69,7 @@ class Curve:
         found: seed → samples per pixel → (relative RMSE, relative error as the picture tells it).
         blocks: the times.
         pilots: seconds of pilots of adaptive sampling, before the first sample of a picture.
+        rendered: seconds of rendering of all pictures together.
         finals: seed → the last picture, and the variance of its pixels.
         reference_mean: of all pixels.
         shift, shift_error: the mean of the pictures minus that of the reference, as a fraction of the latter, and the
@@ -87,6 +88,7 @@ class Curve:
     found: dict[int, dict[int, tuple[float, float]]] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
     pilots: list[float] = field(default_factory=list)
+    rendered: float = 0.0
     finals: dict[int, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     reference_mean: float = 1.0
     shift: float = 0.0
@@ -158,6 +160,13 @@ class Curve:
     def last(self) -> tuple[float, float]:
         """(seconds, error) of the picture with the most samples."""
         return float(self.mean_seconds[-1]), float(self.mean_errors[-1])
+
+    @property
+    def best(self) -> tuple[float, float]:
+        """(seconds, error) of the best picture: the least error of all seeds and samples."""
+        errors = np.nanmin(self.errors, axis=0)
+        k = int(errors.argmin())
+        return float(self.mean_seconds[k]), float(errors[k])
 
     @property
     def is_unsure(self) -> bool:
@@ -271,6 +280,14 @@ class Study:
     def truth(self) -> Truth:
         """What the first variant is compared with."""
         return self.truths[self.base.lookup]
+
+
+def leading(curves: Sequence[Curve], target: float = MIDDLE) -> Curve:
+    """The curve that reaches an error first; if none does, the one with the least error at equal time."""
+    reached = [c for c in curves if c.seconds_to(target) > 0]
+    if reached:
+        return min(reached, key=lambda c: c.seconds_to(target))
+    return min(curves, key=lambda c: c.variance_times_time)
 
 
 def uncertainty(values: list[float]) -> float:

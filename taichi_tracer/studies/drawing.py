@@ -3,11 +3,13 @@
 import io
 import math
 import re
+import textwrap
 from html import escape
 
 COLOURS = ("#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#6b7f93", "#17a2b8", "#a0664f", "#9aa400", "#d965b0")
 INK, GRID, PAPER = "#1c2733", "#d3dae1", "#ffffff"  # of text and axes, of the lines behind them, of the ground
-FONT = 12  # points
+FONT, SMALL = 12, 11  # points
+OF_A_LETTER = 0.55  # of the height of letters: their mean width
 STEPS = (1, 2, 5), (1, 3), (1,)  # ticks are these times a power of ten: the first of these for which there is room
 ROOM_FOR_A_TICK = 0.62, 0.31  # inches: along the horizontal axis, and along the vertical axis
 
@@ -43,7 +45,9 @@ def dress(axes, x: str) -> None:
     for name, spine in axes.spines.items():
         spine.set_visible(name in ("left", "bottom"))
         spine.set_color(INK)
-    axes.set_xlabel(x, fontsize=FONT, color=INK)
+    box, width = axes.get_position(), axes.figure.get_figwidth() * 72
+    room = (box.x0 + box.x1) * width if box.x0 + box.x1 < 1 else (2 - box.x0 - box.x1) * width
+    axes.set_xlabel(textwrap.fill(x, int(room / (OF_A_LETTER * FONT))), fontsize=FONT, color=INK)
 
 
 def write(axes, text: str, at: tuple[float, float], colour: str = INK, **options) -> None:

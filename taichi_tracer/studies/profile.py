@@ -18,10 +18,9 @@ RAYS = "samples: shadow and further rays"
 FILM_TAKES = "samples: the film takes values"
 TOTAL = "total"
 BUDGET, LEAST_BUDGET = 0.1, 0.5  # for taking samples apart: a fraction of the samples' time, and seconds at least
-BAR = 260  # pixels, the longest bar
 STYLE = """
-td.bar { text-align: left; } td.bar i { display: inline-block; height: 0.8em; background: #4a7fb5; }
-tr.total td { font-weight: 600; }
+td.bar { text-align: left; --longest: 260px; } td.bar i { display: inline-block; height: 0.8em; background: #4a7fb5; }
+tr.total td { font-weight: 600; } @media screen and (max-width: 700px) { td.bar { --longest: 70px; } }
 """
 SWITCHED = (
     "The samples' parts run in one kernel, where no clock can see them apart. They were measured after the picture, on "
@@ -172,7 +171,7 @@ def parts_table(profile: Profile) -> str:
     """Every part with its seconds, its share and a bar."""
     body = ""
     for name, seconds in profile.rows():
-        bar = f"<i style='width: {BAR * seconds / profile.total:.1f}px'></i>"
+        bar = f"<i style='width: calc({seconds / profile.total:.4f} * var(--longest))'></i>"
         cells = f"<td>{html.escape(name)}</td><td>{seconds:.3f}</td><td>{percent_of(seconds, profile.total)}</td>"
         body += f"<tr>{cells}<td class='bar'>{bar}</td></tr>"
     body += f"<tr class='total'><td>{TOTAL}</td><td>{profile.total:.3f}</td><td>100 %</td><td></td></tr>"

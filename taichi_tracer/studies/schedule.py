@@ -6,7 +6,9 @@
    in the round before; a few samples, once that takes too long and seeds are missing. Pictures are compared with the
    reference at 4, 8, 16, … samples.
 3. **Rounds of the better half.** When a round would take too much of the time that is left, the worse half of the
-   variants drops out, until none is left. The rest goes to those that have the fewest pictures.
+   variants drops out, until one is left.
+4. **The leader.** A third of the budget is kept for the variant that is ahead, because it answers the question of the
+   study. What is left then goes to those that have the fewest pictures.
 """
 
 import math
@@ -20,7 +22,7 @@ from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.metrics import flip, rel_mse
 from taichi_tracer.studies.bench import Shot
 from taichi_tracer.studies.budget import POLL, Budget, Stopped
-from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
+from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, leading, scaled
 from taichi_tracer.studies.source import Order, SceneFacts, comparable
 from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, process_of, reference_variant
 from taichi_tracer.studies.workers import AnyWorker, InThisProcess, OtherMachines, StudyWorker
@@ -29,9 +31,11 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
 
 REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003  # no round comes so far
-# Shares of the budget: until when variants begin to compile, and until when they are waited for. A variant of
-# cornell_box compiles for 1 to 5 s, so that at 45 s about half of the budget is left to measure.
-COMPILE_SHARE, WAIT_SHARE = 0.4, 0.6
+# Shares of the budget: until when variants begin to compile, and those that are only another estimator; and until when
+# they are waited for. A variant of cornell_box compiles for 1 to 5 s. References, pictures and closing take a quarter.
+COMPILE_SHARE, ESTIMATORS_SHARE, WAIT_SHARE = 0.2, 0.28, 0.34
+LEADER_SHARE = 0.35  # of the budget: how long the leader is rendered at least, a little more than 20 s of 60 s
+COMPARING = 1.12  # times the seconds of rendering: with what is done to compare the pictures
 # What the first reference takes at most, every other one (few variants need it), and all pictures at equal time.
 REFERENCE_SHARE, FURTHER_SHARE, PICTURES_SHARE = 0.08, 0.02, 0.05
 EVERYBODY = 0.25  # of the time that is left: what a round of all variants takes at most
@@ -180,13 +184,18 @@ class Schedule:
                     waiting.insert(0, (worker, variants))
             share = self.budget.elapsed / self.order.budget
             if self.curves and share > COMPILE_SHARE:
-                waiting.clear()
+                left = [(w, [v for v in own if self.is_an_estimator(v)]) for w, own in waiting]
+                waiting = [(w, own) for w, own in left if own and share <= ESTIMATORS_SHARE]
             if self.curves and share > WAIT_SHARE:
                 break
         late = {worker for worker, _ in busy.values()} - {self.workers[0]}
         self.worker_of = {variant: worker for variant, worker in self.worker_of.items() if worker not in late}
         order = [variant for variant in by_priority(self.variants) if variant in self.worker_of]
         self.curves = sorted((c for c in self.curves if c.variant in order), key=lambda c: order.index(c.variant))
+
+    def is_an_estimator(self, variant: Variant) -> bool:
+        """Whether a variant is the first one, but for its estimator."""
+        return set(variant.differences(self.base)) <= {"estimator"}
 
     def by_process(self) -> list[list[Variant]]:
         """The variants of each worker, the most important ones first."""
@@ -241,20 +250,34 @@ class Schedule:
         while self.rounds < self.order.seeds and self.fits(variants, FLOOR, EVERYBODY / 2):
             self.round(variants, FLOOR)
         self.render_pictures()
-        while variants := sorted(variants, key=self.rank)[: len(variants) // 2]:
-            while self.fits(variants, 2 * samples, 0.5 if len(variants) > 1 else 1.0):
+        while len(variants := sorted(variants, key=self.rank)[: len(variants) // 2]) > 1:
+            while self.fits(variants, 2 * samples, 0.5):
                 samples *= 2
                 self.round(variants, samples)
         while fitting := [curve for curve in self.curves if self.fits([curve], FLOOR, 1.0)]:
-            curve = min(fitting, key=lambda curve: len(curve.found))
-            samples = max(curve.most_samples, FLOOR)
+            leader = self.leader()
+            is_behind = leader in fitting and leader.rendered < LEADER_SHARE * self.order.budget
+            curve = leader if is_behind else min(fitting, key=lambda curve: len(curve.found))
+            samples = max((1 + is_behind) * curve.most_samples, FLOOR)
             while samples > FLOOR and not self.fits([curve], samples, 1.0):
                 samples //= 2
             self.round([curve], samples)
 
+    def leader(self) -> Curve:
+        """The variant that is ahead of the others of the chart; before the first round, the first one."""
+        measured = [c for c in self.curves if c.found and is_of_the_chart(c.variant, self.base)]
+        return leading(measured) if measured else self.curves[0]
+
     def fits(self, curves: Sequence[Curve], samples: int, share: float) -> bool:
-        """Whether a round of some variants takes no more than a share of the time that is left."""
-        return samples * self.overhead * seconds_of(curves) <= share * self.budget.left
+        """Whether a round takes no more than a share of the time that is left, and spares what is kept for the leader.
+
+        Nothing is kept from the first round, where compiling took so long that nothing else is left.
+        """
+        left, leader = self.budget.left, self.leader()
+        kept = COMPARING * max(0.0, LEADER_SHARE * self.order.budget - leader.rendered)
+        kept += PICTURES_SHARE * self.order.budget * (self.equal_seconds == 0)
+        spared = left if list(curves) == [leader] else max(left - kept, EVERYBODY * left * (self.rounds == 0))
+        return samples * self.overhead * seconds_of(curves) <= min(share * left, spared)
 
     def rank(self, curve: Curve) -> tuple[bool, float]:
         """Smaller for variants that stay longer: those of the chart, and of these the most efficient ones."""
@@ -282,6 +305,7 @@ class Schedule:
             new, what = seed if done == 0 else None, f"seed {seed}, {level} samples"
             shot = self.render(worker, curve.variant, count, new, wants, what)
             seconds, done = seconds + shot.seconds, done + count
+            curve.rendered += shot.seconds + shot.pilot_seconds
             if shot.pilot_seconds > 0:
                 curve.pilots.append(shot.pilot_seconds)
         if level - begun >= TIMED:

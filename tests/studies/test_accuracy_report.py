@@ -1,5 +1,6 @@
 """The page of a study: every chart labelled where it is, no number that is a power of ten, no file beside it."""
 
+import itertools
 import json
 import math
 import re
@@ -7,8 +8,10 @@ import re
 import numpy as np
 import pytest
 from made_up_study import made_curve, made_study, made_truth, shown
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
-from taichi_tracer.studies import accuracy_report, drawing
+from taichi_tracer.studies import accuracy_report, drawing, variants
 from taichi_tracer.studies.variants import Variant
 
 SCALES = {"mis": 0.02, "brdf": 0.2, "environment": 0.022}
@@ -51,6 +54,26 @@ def test_labels_on_a_narrow_screen_are_short(study):
     )
     assert {text.partition(":")[0] for text in narrow} == {"mis", "brdf", "environment", "independent"}
     assert {text.partition(":")[0] for text in broad} >= {"mis, niederreiter", "mis, independent"}
+
+
+@pytest.mark.parametrize("name", ["curves", "knobs", "wait"])
+def test_a_telephone_shows_every_letter_of_a_chart_and_none_is_small(name):
+    """On 390 pixels, of which the page leaves 15 free on each side."""
+    pairs = enumerate(variants.plan())
+    every = made_study(*(curve(v, 0.02 * 1.4**k, 0.01 + 0.001 * k) for k, v in pairs), side=16, start_seconds=1.2)
+    figure, _ = accuracy_report.figure_of(every, name, "narrow")
+    pixels = (390 - 2 * 15) / (72 * figure.get_figwidth())
+    draw = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(draw)
+    texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text()]
+    assert len(texts) > 8
+    assert min(text.get_fontsize() for text in texts) * pixels >= 11
+    boxes = {text.get_text(): Text.get_window_extent(text, draw) for text in texts}  # without its line
+    whole = figure.bbox
+    cut = [words for words, b in boxes.items() if b.x0 < 0 or b.y0 < 0 or b.x1 > whole.x1 or b.y1 > whole.y1]
+    assert cut == []
+    overlapping = [(a, b) for a, b in itertools.combinations(boxes, 2) if boxes[a].padded(-1).overlaps(boxes[b])]
+    assert overlapping == []
 
 
 def test_what_was_left_out_is_folded():

@@ -18,7 +18,7 @@ def test_a_time_that_is_hardly_longer_is_not_once_as_long():
 
 
 def test_numbers_become_words_where_they_stand():
-    rows = [{"variant": name, "last error": 0.015, "after s": 2.0} for name in ("mis", "brdf")]
+    rows = [{"variant": name, "best error": 0.015, "after s": 2.0} for name in ("mis", "brdf")]
     words = told(["missed"], {"target": 0.01, "missed": rows})
     assert (
         words

@@ -40,6 +40,21 @@ def test_a_seed_that_went_farther_alone_counts_where_it_was():
     assert c.mean_errors[-1] == c.errors[0, -1]
 
 
+def test_the_best_picture_is_neither_the_last_nor_the_first():
+    c = made_curve()
+    c.found = found_of(c.samples, [[0.5, 0.4, 0.3, 0.2, 0.1, 0.2, 0.3], [0.5, 0.4, 0.04, *[math.nan] * 4]])
+    assert c.best == (pytest.approx(0.08), 0.04)
+    assert c.last == (pytest.approx(1.28), pytest.approx(0.3))
+
+
+def test_the_leader_reaches_the_target_first_or_has_the_least_error_at_equal_time():
+    slow, quick = (made_curve(scale=s) for s in (0.025, 0.02))
+    noisy, clean = (made_curve(scale=s) for s in (0.3, 0.2))
+    slow.found[1][2] = 0.001, 0.001  # one good picture is no lead
+    assert convergence.leading([noisy, slow, quick, clean], 0.03) is quick
+    assert convergence.leading([noisy, clean], 0.03) is clean
+
+
 def test_blocks_of_one_turn_are_compared_with_each_other():
     """A machine that gets twice as slow in the middle changes no ratio."""
     load = [1, 1, 1, 2, 2, 2]

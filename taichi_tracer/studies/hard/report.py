@@ -8,13 +8,10 @@ from taichi_tracer.studies.hard.catalogue import all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, INFORMATIVE
 
 STYLE = """
-.wide { overflow-x: auto; }
 td.text { text-align: left; white-space: normal; }
 summary { cursor: pointer; } details { margin: 0.2em 0; }
 .PASS { color: #1a7f37; } .FAIL { color: #cf222e; font-weight: 700; } .weak { color: #9a6700; }
-svg text { font: 13px system-ui, sans-serif; fill: var(--ink); }
 """
-BAR_HEIGHT, BAR_LEFT, BAR_WIDTH = 22, 300, 420  # pixels
 MAP_WIDTH = 320
 
 
@@ -43,17 +40,16 @@ def page(result) -> str:
 
 def mode_table(result) -> str:
     """What was found in each mode."""
-    head = "".join(f"<th>{escape(name)}</th>" for name in ("mode", *hard_cases.COLUMNS, "cases"))
-    rows = []
+    columns, rows = ["mode", *hard_cases.COLUMNS, "cases"], []
     for row in result.rows:
         words = [v.word for v in result.verdicts if v.mode == str(row.mode)]
         worst = "FAIL" if "FAIL" in words else "weak" if "weak" in words else "PASS"
-        told = f"<td class='{worst}'>{words.count('PASS')} of {len(words)} PASS</td>"
-        cells = "".join(f"<td>{escape(cell)}</td>" for cell in hard_cases.cells(row))
+        told = f"<span class='{worst}'>{words.count('PASS')} of {len(words)} PASS</span>"
         name = escape(str(row.mode))
         name = f"<b>{name} (default)</b>" if row.mode == DEFAULT else name
-        rows.append(f"<tr><td>{name}</td>{cells}{told}</tr>")
-    return f"<div class='wide'><table><tr>{head}</tr>{''.join(rows)}</table></div>"
+        cells = [name, *(escape(cell) for cell in hard_cases.cells(row)), told]
+        rows.append(dict(zip(columns, cells, strict=True)))
+    return pages.cards(rows, columns)
 
 
 def case_table(result) -> str:
@@ -97,20 +93,12 @@ def what_of(finding: str) -> str:
 
 
 def bars(values, colour: str) -> str:
-    """A bar chart as SVG: a line for each (name, number); one that was not measured is left out."""
+    """A bar for each (name, number); one that was not measured is left out."""
     values = [(name, value) for name, value in values if value is not None and value == value]
     largest = max((value for _, value in values), default=0) or 1
-    lines = []
-    for i, (name, value) in enumerate(values):
-        y, width = i * BAR_HEIGHT, value / largest * BAR_WIDTH
-        number = "0" if value == 0 else f"{value:,.3g}" if value < 100 else f"{value:,.0f}"
-        lines.append(
-            f"<text x='{BAR_LEFT - 8}' y='{y + 16}' text-anchor='end'>{escape(name)}</text>"
-            f"<rect x='{BAR_LEFT}' y='{y + 4}' width='{width:.1f}' height='{BAR_HEIGHT - 8}' fill='{colour}'/>"
-            f"<text x='{BAR_LEFT + width + 6:.1f}' y='{y + 16}'>{number}</text>"
-        )
-    size = f"width='{BAR_LEFT + BAR_WIDTH + 90}' height='{len(values) * BAR_HEIGHT}'"
-    return f"<svg xmlns='http://www.w3.org/2000/svg' {size}>{''.join(lines)}</svg>"
+    words = ["0" if v == 0 else f"{v:,.3g}" if v < 100 else f"{v:,.0f}" for _, v in values]
+    rows = [(name, value / largest, number) for (name, value), number in zip(values, words, strict=True)]
+    return pages.bars(rows, colour)
 
 
 def leak_maps(result) -> str:
