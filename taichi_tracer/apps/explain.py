@@ -31,6 +31,8 @@ def run(args: Namespace) -> int:
     if found is None:
         print(f"all {renderer.samples} samples of every pixel are finite")
         return 0
+    if args.html is not None and renderer.film.samples == 0:
+        renderer.render(1)  # the thumbnail of the page
     explanation = renderer.explain(*found, samples)
     print(explanation)
     for path, as_text in ((args.json, Explanation.to_json), (args.html, as_page)):

@@ -1,6 +1,7 @@
 """Two drawings of a sample, as SVG: its path, seen from the side, and the first surface with its BRDF's lobe."""
 
 import html
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,6 +13,11 @@ STUB = 0.35  # of the extent of the path: the length of an arrow that leaves it
 Arrow = tuple[Any, Any, str, str]  # from where, along which direction, its colour, what it is
 Direction = tuple[Any, str, str]  # a unit vector, its colour, what it is
 FLAT = 1e-9  # of the extent: points that are nearer to a line than this lie on it
+Label = tuple[tuple[float, float], tuple[float, float], str]  # where it belongs, to which side of that, the words
+LETTER, BASELINE, LINE = 8, 11, 15  # of labels, in pixels: a wide letter; from the top to the baseline; the height
+TURNS = np.deg2rad([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])  # from the side where a label belongs
+REACHES = (12, 20, 30, 42, 56, 72, 90)  # how far from its point the middle of a label may be, beside its half size
+LEADER = 24  # a label that is farther away than this gets a line to its point
 HEAD = "<svg viewBox='0 0 {w} {h}' width='{w}' height='{h}' role='img' aria-label='{label}' class='drawing'>"
 STYLE = "<style>.drawing text{{font:12px system-ui,sans-serif;fill:currentColor}}</style>"
 
@@ -35,11 +41,14 @@ def path_drawing(
     to_page = fitted(low, high)
     parts = [polygon([to_page(p) for p in t @ frame.T], SURFACE) for t in triangles]
     parts += [line(to_page(a), to_page(b), RAY) for a, b in zip(flat[:-1], flat[1:], strict=True)]
+    places, names = [to_page(p) for p in flat], ["eye", *(f"hit {k}" for k in range(1, len(points)))]
+    labels: list[Label] = [(place, (1, -1), name) for place, name in zip(places, names, strict=True)]
     for (o, d), (_, _, colour, what) in zip(ends, arrows, strict=True):
-        parts.append(line(to_page(o), to_page(o + STUB * extent * unit(d)), colour, what))
-    names = ["eye", *(f"hit {k}" for k in range(1, len(points)))]
-    parts += [dot(to_page(p), name) for p, name in zip(flat, names, strict=True)]
-    return drawing("the path from the eye, seen from the side", parts)
+        a, b = to_page(o), to_page(o + STUB * extent * unit(d))
+        parts.append(line(a, b, colour))
+        labels.append((b, (b[0] - a[0], b[1] - a[1]), what))
+    parts += [dot(place) for place in places]
+    return drawing("the path from the eye, seen from the side", parts, labels)
 
 
 def lobe_drawing(
@@ -54,18 +63,22 @@ def lobe_drawing(
     """
     angles = np.linspace(-np.pi / 2, np.pi / 2, len(lobe))
     size = lobe / max(float(lobe.max()), 1e-30)
-    to_page = fitted(np.array([-1.1, -0.15]), np.array([1.1, 1.15]))
+    lowest = min([0.0, *(float(np.dot(w, normal)) for w, _, _ in directions)])
+    to_page = fitted(np.array([-1.1, lowest - 0.15]), np.array([1.1, 1.15]))
     curve = [to_page((r * np.sin(a), r * np.cos(a))) for r, a in zip(size, angles, strict=True)]
     parts = [polygon([to_page((0, 0)), *curve], LOBE)]
     parts.append(line(to_page((-1.1, 0)), to_page((1.1, 0)), SURFACE))
-    parts.append(line(to_page((0, 0)), to_page((0, 1)), SURFACE, "n"))
+    foot, labels = to_page((0, 0)), []
     tangent = w_o - np.dot(w_o, normal) * normal
     tangent = unit(tangent) if np.linalg.norm(tangent) > FLAT else any_tangent(normal)
-    for w, colour, what in [(w_o, RAY, "ω_o"), *directions]:
+    for w, colour, what in [(normal, SURFACE, "n"), (w_o, RAY, "ω_o"), *directions]:
         height = float(np.dot(w, normal))
         across = np.sqrt(max(0.0, 1 - height * height)) * (1 if np.dot(w, tangent) >= 0 else -1)
-        parts.append(line(to_page((0, 0)), to_page((across, height)), colour, what))
-    return drawing("the first surface: its normal, the viewer, the lobe f_r cos θ and the sampled directions", parts)
+        end = to_page((across, height))
+        parts.append(line(foot, end, colour))
+        labels.append((end, (end[0] - foot[0], end[1] - foot[1]), what))
+    title = "the first surface: its normal, the viewer, the lobe f_r cos θ and the sampled directions"
+    return drawing(title, parts, labels)
 
 
 # ── geometry ──
@@ -127,22 +140,51 @@ def fitted(low: np.ndarray, high: np.ndarray):
 # ── SVG ──
 
 
-def drawing(label: str, parts: list[str]) -> str:
+def drawing(label: str, parts: list[str], labels: Sequence[Label]) -> str:
     """A whole drawing."""
     head = HEAD.format(w=WIDTH, h=HEIGHT, label=html.escape(label))
-    return f"<figure>{head}{STYLE.format()}{''.join(parts)}</svg><figcaption>{html.escape(label)}</figcaption></figure>"
+    body = "".join([*parts, *placed(labels)])
+    return f"<figure>{head}{STYLE.format()}{body}</svg><figcaption>{html.escape(label)}</figcaption></figure>"
 
 
-def line(a: tuple[float, float], b: tuple[float, float], colour: str, text: str = "") -> str:
-    """A line with an arrow head, and a word at its end."""
+def placed(labels: Sequence[Label]) -> list[str]:
+    """The labels as near to their points as they can be without overlapping; one that has no room is left out.
+
+    Each label tries the side where it belongs, then the sides next to it, and then the same farther away.
+    """
+    boxes: list[tuple[float, float, float, float]] = []
+    found = []
+    for (x, y), side, text in labels:
+        width, first = LETTER * len(text), np.arctan2(side[1], side[0])
+        for reach, turn in itertools.product(REACHES, TURNS):
+            cos, sin = np.cos(first + turn), np.sin(first + turn)
+            left, top = x + (reach + width / 2) * cos - width / 2, y + (reach + LINE / 2) * sin - LINE / 2
+            box = left, top, left + width, top + LINE
+            is_within = left >= 0 and top >= 0 and box[2] <= WIDTH and box[3] <= HEIGHT
+            if is_within and not any(overlap(box, other) for other in boxes):
+                boxes.append(box)
+                if reach > LEADER:
+                    end = f"x2='{x + reach * cos:.1f}' y2='{y + reach * sin:.1f}'"
+                    found.append(f"<line x1='{x:.1f}' y1='{y:.1f}' {end} stroke='{SURFACE}' stroke-width='0.7'/>")
+                found.append(f"<text x='{left:.1f}' y='{top + BASELINE:.1f}'>{html.escape(text)}</text>")
+                break
+    return found
+
+
+def overlap(a: Sequence[float], b: Sequence[float]) -> bool:
+    """Whether two boxes (left, top, right, bottom) overlap."""
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def line(a: tuple[float, float], b: tuple[float, float], colour: str) -> str:
+    """A line with an arrow head."""
     (x0, y0), (x1, y1) = a, b
     length = max(np.hypot(x1 - x0, y1 - y0), 1e-9)
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
     wings = " ".join(f"{x1 - 8 * ux - s * 4 * uy:.1f},{y1 - 8 * uy + s * 4 * ux:.1f}" for s in (1, -1))
     head = f"<polygon points='{x1:.1f},{y1:.1f} {wings}' fill='{colour}'/>" if length > 12 else ""
-    word = f"<text x='{x1 + 6 * ux + 3:.1f}' y='{y1 + 8 * uy + 4:.1f}'>{html.escape(text)}</text>" if text else ""
     shaft = f"<line x1='{x0:.1f}' y1='{y0:.1f}' x2='{x1:.1f}' y2='{y1:.1f}' stroke='{colour}' stroke-width='2'/>"
-    return shaft + head + word
+    return shaft + head
 
 
 def polygon(points: list[tuple[float, float]], colour: str) -> str:
@@ -151,7 +193,6 @@ def polygon(points: list[tuple[float, float]], colour: str) -> str:
     return f"<polygon points='{text}' fill='{colour}' fill-opacity='0.25' stroke='{colour}'/>"
 
 
-def dot(p: tuple[float, float], text: str) -> str:
-    """A point with its name."""
-    x, y = p
-    return f"<circle cx='{x:.1f}' cy='{y:.1f}' r='4' fill='{RAY}'/><text x='{x + 6:.1f}' y='{y - 6:.1f}'>{text}</text>"
+def dot(p: tuple[float, float]) -> str:
+    """A point."""
+    return f"<circle cx='{p[0]:.1f}' cy='{p[1]:.1f}' r='4' fill='{RAY}'/>"

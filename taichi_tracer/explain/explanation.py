@@ -2,61 +2,33 @@
 
 import html
 import json
-import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.explain import drawing
-from taichi_tracer.explain.log import Entry
+from taichi_tracer.explain.steps import TRIED, Step, as_json, short_text, steps_within, text_of_value
+from taichi_tracer.explain.terms import (
+    COS,
+    F_R,
+    PDF_BRDF,
+    PDF_LIGHTS,
+    RATIO,
+    SURVIVAL,
+    THROUGHPUT,
+    WEIGHT,
+    Term,
+    remainder,
+)
+from taichi_tracer.explain.terms import L as LIGHT
 
 BRDF = "BRDF"  # what a direction is called that the BRDF gave
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
-DIGITS = 7  # of a number in the text; the JSON has all of them
 RAYS = ("query_segment", "query_ray", "is_occluded")
-TRIED = ("a triangle is tried", "a sphere is tried")
 COUNTED = {"a node is entered": "nodes entered", "a box is tried": "boxes tried"}
 COUNTED |= {TRIED[0]: "triangles tried", TRIED[1]: "spheres tried"}
-WORDS = {"is_met", "is_hit", "is_backfacing", "is_blocked", "is_inside"}  # numbers that are yes or no
-WHOLE = {"triangle_id", "material_id", "sphere_id", "node", "brdf", "boxes_met"}
-
-
-@dataclass
-class Step:
-    """A step on the way to the value of a sample.
-
-    Attributes:
-        name: what is computed; the handout's name where there is one.
-        values: name → number or (n,) array: what the step got, and what it gave.
-        steps: the steps within it, in order.
-        verdict: what follows from the numbers, in words; "" if nothing does.
-        order: its number among all steps.
-    """
-
-    name: str
-    values: dict[str, Any] = field(default_factory=dict)
-    steps: list["Step"] = field(default_factory=list)
-    verdict: str = ""
-    order: int = 0
-
-    def as_data(self) -> dict[str, Any]:
-        """The step as JSON has it."""
-        data: dict[str, Any] = {"step": self.name}
-        if self.values:
-            data["values"] = {name: as_json(value) for name, value in self.values.items()}
-        if self.verdict:
-            data["verdict"] = self.verdict
-        if self.steps:
-            data["steps"] = [step.as_data() for step in self.steps]
-        return data
-
-    def find(self, name: str) -> list["Step"]:
-        """All steps of this name within it, in order."""
-        found = []
-        for step in self.steps:
-            found += ([step] if step.name == name else []) + step.find(name)
-        return found
 
 
 @dataclass
@@ -77,6 +49,8 @@ class Explanation:
         is_complete: False if the sample takes so many steps that the last ones are missing.
         triangles: (3, 3) vertices of each triangle that the path hit.
         lobe: f_r max(n·ω_i, 0) of the first surface, see ``drawing.lobe_drawing``; None if it is a mirror, or a miss.
+        terms: what is added up to ``value``; empty if the sample is not made of light.
+        thumbnail: SVG of the picture with a mark at the pixel; "" if nothing was rendered.
     """
 
     renderer: str
@@ -95,6 +69,8 @@ class Explanation:
     is_complete: bool = True
     triangles: tuple[np.ndarray, ...] = ()
     lobe: np.ndarray | None = None
+    terms: tuple[Term, ...] = ()
+    thumbnail: str = ""
 
     @property
     def title(self) -> str:
@@ -135,7 +111,26 @@ class Explanation:
         names = ("renderer", "integrator", "column", "row", "x", "y", "sample", "samples")
         data: dict[str, Any] = {name: getattr(self, name) for name in names}
         data |= {name: as_json(getattr(self, name)) for name in ("value", "mean", "error")}
-        return data | {"counts": self.counts, "steps": [step.as_data() for step in self.steps]}
+        data |= {"counts": self.counts, "steps": [step.as_data() for step in self.steps]}
+        if self.terms:
+            data |= {"terms": [term_as_data(term) for term in self.terms], "remainder": as_json(self.remainder)}
+        return data
+
+    @property
+    def remainder(self) -> np.ndarray:
+        """(3,) what the terms leave unexplained of the value; 0 if nothing but rounding."""
+        return remainder(self.value, list(self.terms))
+
+    @property
+    def equation(self) -> list[str]:
+        """The value as a sum, a line each; nothing if there are no terms."""
+        if not self.terms:
+            return []
+        lines = [f"value = {' + '.join(short_text(term.value) for term in self.terms)}"]
+        lines.append(f"      = {short_text(sum(term.value for term in self.terms))}")
+        if self.remainder.any():
+            lines.append(f"{short_text(self.remainder)} of the value is not explained by these terms")
+        return lines
 
     def to_json(self) -> str:
         """JSON; infinite numbers and NaN are the words "inf", "-inf" and "nan"."""
@@ -163,20 +158,22 @@ class Explanation:
         return found
 
     def __str__(self) -> str:
-        return "\n".join([self.title, *lines_of(self.steps, 1), *self.conclusion])
+        lines = [self.title, *lines_of(self.steps, 1)]
+        if self.terms:
+            lines.append("what adds up to the value of this sample")
+            lines += [f"  {line}" for term in self.terms for line in lines_of_term(term)]
+            lines += [f"  {line}" for line in self.equation]
+        return "\n".join([*lines, *self.conclusion])
 
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
         """The steps as a list that can be opened and closed, for notebooks and pages."""
-        conclusion = "".join(f"<div>{html.escape(line)}</div>" for line in self.conclusion)
+        conclusion = "\n".join(html.escape(line) for line in [*self.equation, *self.conclusion])
         body = "".join(as_html(step, 0) for step in grouped(self.steps))
-        return f"<p>{html.escape(self.title)}</p>{''.join(self.drawings())}{body}<pre>{conclusion}</pre>"
-
-
-def steps_within(steps: list[Step]) -> list[Step]:
-    """All steps, those within others too, in order."""
-    return [found for step in steps for found in (step, *steps_within(step.steps))]
+        figures = "".join([self.thumbnail, *self.drawings()])
+        table = terms_as_html(self.terms) if self.terms else ""
+        return f"<p>{html.escape(self.title)}</p>{figures}{table}<pre>{conclusion}</pre>{body}"
 
 
 def sampled(step: Step) -> list[tuple[str, str]]:
@@ -186,56 +183,6 @@ def sampled(step: Step) -> list[tuple[str, str]]:
     if step.name in ("a direction from the light", "a sample of the lights"):
         return [(drawing.LIGHT, "light")]
     return []
-
-
-def steps_of(noted: list[tuple[Entry, dict[str, Any]]]) -> list[Step]:
-    """The tree of what was noted."""
-    root = Step("")
-    open_steps = [root]
-    for entry, values in noted:
-        if entry.mark == "end":
-            if values.get("is_hit") == 0:
-                values = {"is_hit": 0.0}  # the other members of a miss say nothing
-            if len(open_steps) > 1:
-                open_steps.pop().values.update(values)
-            continue
-        step = Step(entry.name, dict(values))
-        open_steps[-1].steps.append(step)
-        if entry.mark == "begin":
-            open_steps.append(step)
-    judge(root)
-    for k, step in enumerate(steps_within(root.steps)):
-        step.order = k
-    return root.steps
-
-
-def judge(step: Step, t_min: float = 0.0, t_max: float = math.inf) -> None:
-    """Say of every primitive that was tried why it was taken or not."""
-    t_min, t_max = float(step.values.get("t_min", t_min)), float(step.values.get("t_max", t_max))
-    nearest = t_max
-    for inner in step.steps:
-        if inner.name in TRIED:
-            inner.verdict, nearest = verdict_of(inner.values, t_min, nearest)
-        else:
-            judge(inner, t_min, t_max)
-
-
-def verdict_of(values: dict[str, Any], t_min: float, nearest: float) -> tuple[str, float]:
-    """(why a primitive was taken or not, the nearest t so far)."""
-    taken = float(values["taken"])
-    if "det" in values and not values["is_inside"]:
-        u, v = float(values["u"]), float(values["v"])
-        if values["det"] == 0:
-            return "missed: det = 0, the ray is parallel to the plane", nearest
-        outside = [name for name, number in (("u", u), ("v", v), ("w", 1 - u - v)) if number < 0]
-        return f"missed: {' and '.join(outside) or 'the ray passes beside it'}{' < 0' if outside else ''}", nearest
-    if taken == -math.inf:
-        return "missed: the ray comes from a side that it passes through, or it misses the box", nearest
-    if not taken > t_min:
-        return f"missed: t = {number(taken)} is not in front of the origin", nearest
-    if taken > nearest:
-        return f"hit at t = {number(taken)}, farther than the nearest so far", nearest
-    return f"hit at t = {number(taken)}, the nearest so far", taken
 
 
 # ── text ──
@@ -266,23 +213,6 @@ def grouped(steps: list[Step]) -> list[Step]:
     return shown
 
 
-def text_of_value(name: str, value: Any) -> str:
-    """ "name = value"."""
-    short = name.rpartition(".")[2]
-    if short in WORDS:
-        return f"{name} = {'yes' if value else 'no'}"
-    if short in WHOLE:
-        return f"{name} = {int(value)}"
-    if np.ndim(value) > 0:
-        return f"{name} = ({', '.join(number(one) for one in value)})"
-    return f"{name} = {number(value)}"
-
-
-def number(value: Any) -> str:
-    """A number with a few digits."""
-    return f"{float(value):.{DIGITS}g}".replace("inf", "∞")
-
-
 def as_html(step: Step, depth: int) -> str:
     """A step, with what is within it."""
     values = " &ensp; ".join(html.escape(text_of_value(name, value)) for name, value in step.values.items())
@@ -295,11 +225,40 @@ def as_html(step: Step, depth: int) -> str:
     return f"<details style='margin-left: 1.2em'{is_open}><summary>{head}</summary>{inner}</details>"
 
 
-def as_json(value: Any) -> Any:
-    """A number or an array, as JSON allows it."""
-    if np.ndim(value) > 0:
-        return [as_json(one) for one in value]
-    one = float(value)
-    if not math.isfinite(one):
-        return str(one)
-    return int(one) if one.is_integer() and abs(one) < 2**53 else one
+# ── terms ──
+
+
+def lines_of_term(term: Term) -> list[str]:
+    """The product, and the numbers of its direction."""
+    product = " × ".join(f"{name} {short_text(value)}" for name, value in term.factors.items())
+    why = f"  → {term.why}" if term.why else ""
+    lines = [f"{term.where}, {term.how}: {product} = {short_text(term.value)}{why}"]
+    if term.numbers:
+        lines.append("  " + "  ".join(f"{name} = {short_text(value)}" for name, value in term.numbers.items()))
+    return lines
+
+
+def term_as_data(term: Term) -> dict[str, Any]:
+    """The term as JSON has it."""
+    data: dict[str, Any] = {"surface": term.surface, "how": term.how, "value": as_json(term.value)}
+    for name in ("numbers", "factors"):
+        data[name] = {key: as_json(value) for key, value in getattr(term, name).items()}
+    return data | ({"verdict": term.why} if term.why else {})
+
+
+def terms_as_html(terms: Sequence[Term]) -> str:
+    """A table with a row for each term."""
+    names = [
+        name
+        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT)
+        if any(name in term.numbers | term.factors for term in terms)
+    ]
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in ("where", "direction", "contributes", *names))
+    rows = ""
+    for term in terms:
+        values = term.numbers | term.factors
+        how = f"{html.escape(term.how)}<br><em>{html.escape(term.why)}</em>" if term.why else html.escape(term.how)
+        numbers = [short_text(values[name]) if name in values else "" for name in names]
+        cells = [term.where, how, f"<b>{short_text(term.value)}</b>", *numbers]
+        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return f"<div class='wide' style='overflow-x: auto'><table><tr>{head}</tr>{rows}</table></div>"

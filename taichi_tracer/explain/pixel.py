@@ -7,9 +7,13 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.explain.explanation import Explanation, Step, steps_of, steps_within
+from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.explain.log import Log
 from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_integrator, recorded_scene
+from taichi_tracer.explain.steps import Step, steps_of, steps_within
+from taichi_tracer.explain.terms import terms_of
+from taichi_tracer.explain.thumbnail import thumbnail
+from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
@@ -83,7 +87,14 @@ class PixelExplainer:
             is_complete=self.log.is_full[None] == 0,
             triangles=self.hit_triangles(steps),
             lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
+            terms=tuple(terms_of(steps, self.share)) if r.srgb else (),
+            thumbnail=thumbnail(r.film.image(), column, row, r.display, r.srgb) if r.film.samples > 0 else "",
         )
+
+    def share(self, pdf: float, other: float) -> float | None:
+        """The MIS weight of a sample of the density ``pdf``, from the formula of the picture; None if it has none."""
+        exponent = self.parts.integrator.exponent
+        return heuristic_of(pdf, other, exponent) if exponent > 0 else None
 
     def take(self, count: int, sample: int | None) -> np.ndarray:
         """(count, 3) the values of so many samples; one of them is noted, if any."""
@@ -147,6 +158,12 @@ class PixelExplainer:
             self.lobe[k] = surface.eval_cosine(w_i).sum() / 3
 
 
+@ti.kernel
+def heuristic_of(pdf: float, other: float, exponent: ti.template()) -> float:
+    """``heuristic``, called by Python."""
+    return heuristic(pdf, other, exponent)
+
+
 def farthest(values: np.ndarray) -> int:
     """Which of (n, 3) samples is farthest from their mean; the first that is not finite, if there is one."""
     is_odd = ~np.isfinite(values).all(axis=1)
@@ -172,7 +189,7 @@ def explained(renderer: Any, column: int, row: int, sample: int | None, samples:
     samples = max(1, renderer.film.samples) if samples is None else samples
     check_pixel(renderer, column, row, sample or 0, samples)
     scene, integrator = renderer.kernel_scene(), renderer.explained
-    scene.lights.prepare(renderer.active.samples_lights)
+    scene.lights.prepare(integrator.samples_lights or (integrator.needs_light and scene.samples_lights))
     former = renderer.explainer
     if former is None or not former.is_of(scene, integrator, renderer.camera):
         renderer.explainer = PixelExplainer(renderer, renderer.plain_sample_parts(scene, integrator))

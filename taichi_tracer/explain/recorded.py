@@ -4,6 +4,7 @@ The observed methods are those of the package, or those that a student wrote in 
 the log are those of the picture.
 """
 
+import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any
 import taichi.math as tm
 
 from taichi_tracer.explain.log import Log
+from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.observed import Observer, after, observed, observed_scene
 
 
@@ -64,8 +66,13 @@ LIGHTS = {
 SURFACE = {
     "sample": NotedMethod("a direction from the BRDF", ("xi",), ("w_i",)),
     "eval": NotedMethod("f_r", ("w_i",), ("f_r",)),
+    "eval_cosine": NotedMethod("f_r cos", ("w_i",), ("f_cos",), is_group=True),
     "pdf": NotedMethod("the BRDF's density", ("w_i",), ("pdf",)),
-    "weight": NotedMethod("f_r cos / pdf", ("w_i",), ("weight",)),
+    "weight": NotedMethod("f_r cos / pdf", ("w_i",), ("f_cos_over_pdf",)),
+}
+PATHS = {
+    "counts": NotedMethod("bounces that count", ("depth",), ("counts",)),
+    "survival": NotedMethod("Russian roulette", ("depth",), ("survival",)),
 }
 OWN = {"radiance", "prepare", "facts", "controls", "change", "notes", "needs_hit"}  # of an integrator: not noted
 
@@ -102,6 +109,15 @@ def given_names(names: tuple[str, ...], result: Any) -> dict[str, Any]:
         return {}
     results = result if isinstance(result, tuple | list) else [result]
     return dict(zip(names, results, strict=False))
+
+
+def then(observer: Observer, act: Callable[..., object]) -> Observer:
+    """The observer that lets another one run, and then calls ``act(part, result, *arguments)``, as ``after`` does."""
+
+    def both(part: Any, call: Callable, *arguments: Any) -> Any:
+        return after(act)(part, functools.partial(observer, part, call), *arguments)
+
+    return both
 
 
 def noted_search(log: Log) -> dict[str, Observer]:
@@ -160,15 +176,42 @@ def recorded_scene(scene: Any, log: Log) -> Any:
         """``surface_at``."""
         numbers = {name: getattr(hit, name) for name in ("position", "position_error")}
         numbers |= {name: getattr(surface, name) for name in ("origin", "normal", "geometric_normal")}
-        log.note("surface", w_o=surface.w_o, material_id=hit.material_id, brdf=surface.brdf_id, **numbers)
+        ids = {"material_id": hit.material_id, "brdf": surface.brdf_id, "is_delta": surface.is_delta()}
+        log.note("surface", w_o=surface.w_o, **ids, **numbers)
 
+    def drawn(surface, w_i, xi):
+        """``sample`` of a surface: the density of the direction, which not every estimator asks for."""
+        surface.pdf(w_i)
+
+    def weighed(surface, pdf, w_i):
+        """``pdf`` of a surface: f_r of the direction."""
+        surface.eval(w_i)
+
+    def arrived(part, found, surface, w_i, factor):
+        """``visible``: the densities of a direction, whatever drew it."""
+        surface.pdf(w_i)
+        if not part.lights.has_lamps:  # otherwise ``met`` was asked
+            ask_lights(part, surface, w_i, found[1])
+
+    def met(part, hit, surface, ray):
+        """``met``."""
+        ask_lights(part, surface, ray.direction, hit)
+
+    def ask_lights(part, surface, w_i, hit):
+        """The density with which a sample of the lights has a direction, where the scene's lights can be sampled."""
+        if part.samples_lights:
+            part.lights.pdf(surface.origin, surface.normal, w_i, hit)
+
+    of_scene, of_surface = noted(log, SCENE) | {"surface_at": after(made)}, noted(log, SURFACE)
+    of_surface |= {"sample": then(of_surface["sample"], drawn), "pdf": then(of_surface["pdf"], weighed)}
+    of_scene |= {"visible": then(of_scene["visible"], arrived), "met": then(of_scene["met"], met)}
     return observed_scene(
         scene,
         {
-            "scene": noted(log, SCENE) | {"surface_at": after(made)},
+            "scene": of_scene,
             "lights": noted(log, LIGHTS),
             "ray_intersector": noted_search(log) | noted(log, INTERSECTOR),
-            "surface": noted(log, SURFACE),
+            "surface": of_surface,
         },
     )
 
@@ -181,6 +224,9 @@ def recorded_integrator(integrator: Any, log: Log) -> Any:
         function = inspect.getattr_static(cls, name)
         if name.startswith("_") or name in OWN or not getattr(function, "_is_taichi_function", False):
             continue
-        gave = ("w_i", "f_cos_over_pdf") if name in ("sample", "direction") else (name,)
+        gave = ("w_i", "f_cos_over_pdf") if name == "sample" else (name,)
         forms[name] = NotedMethod(gave=gave, is_group=True)
-    return recorded(integrator, log, forms)
+    found = recorded(integrator, log, forms)
+    if isinstance(getattr(found, "settings", None), PathSettings):
+        found.settings = recorded(found.settings, log, PATHS)
+    return found

@@ -24,6 +24,7 @@ def test_a_pixel_as_text_json_and_page(tmp_path, capsys):
     assert found["steps"][0]["step"] == "random numbers"
     html = page.read_text(encoding="utf-8")
     assert "<details" in html
+    assert "the ring is around column 12, row 8" in html
     assert "http" not in html.replace("http-equiv", "")
 
 

@@ -1,0 +1,206 @@
+"""The value of a sample as a sum of products: what each direction of each surface of its path contributes.
+
+    value = L_e + Σ throughput · weight · (f_r cos θ / pdf) · L
+
+The factors are numbers that were noted while the sample ran. What they do not come to is told as a remainder.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import reduce
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.explain.steps import Step, steps_within
+
+ROUNDING = 1e-5  # of the largest term: a sum of single precision is as exact as that
+OF_BRDF, OF_LIGHTS = "a direction from the BRDF", "a sample of the lights"
+SINGLE, DIRECT, ARRIVES = "lights that are sampled one by one", "light from a direction", "light that arrives"
+MIRROR = "a mirror or glass: light comes from single directions, where only f_r cos / pdf is finite"
+SEEN, OWN = "what the eye ray sees", "the estimator's own direction"
+F_R, COS, PDF_BRDF, PDF_LIGHTS = "f_r", "cos θ", "BRDF's density per sr", "lights' density per sr"
+THROUGHPUT, WEIGHT, RATIO, SURVIVAL, L = "throughput", "MIS weight", "f_r cos / pdf", "1 / survival", "L"
+Share = Callable[[float, float], float | None]  # (density of a sample, density of the other one) → its MIS weight
+
+
+@dataclass
+class Term:
+    """A product that is added to the value of a sample.
+
+    Attributes:
+        surface: where it is reflected to the viewer: 1 is the first surface; 0 is the light that the eye ray sees.
+        how: what gave the direction.
+        numbers: f_r, the cosine and both densities of the direction, per solid angle, as far as they were asked for.
+        factors: name → number or (3,): what is multiplied.
+        why: what follows from the numbers, in words; "" if nothing does.
+    """
+
+    surface: int
+    how: str
+    numbers: dict[str, Any] = field(default_factory=dict)
+    factors: dict[str, Any] = field(default_factory=dict)
+    why: str = ""
+
+    @property
+    def value(self) -> np.ndarray:
+        """(3,) the product of the factors."""
+        return reduce(np.multiply, self.factors.values(), np.ones(3))
+
+    @property
+    def where(self) -> str:
+        """The surface, in words."""
+        return f"hit {self.surface}" if self.surface > 0 else "the eye"
+
+
+@dataclass
+class Vertex:
+    """A surface of a path, and what ran there.
+
+    Attributes:
+        number: 1 is the first surface. throughput: (3,) before it.
+        surface: the numbers of its step.
+        steps: those after it, up to the next surface.
+    """
+
+    number: int
+    throughput: np.ndarray
+    surface: dict[str, Any]
+    steps: list[Step]
+
+    def first(self, name: str, value: str, w_i: Any = None) -> Any:
+        """A number of the first step of this name, and of this direction if one is given; None if there is none."""
+        for step in self.steps:
+            is_asked = step.name == name and value in step.values
+            if is_asked and (w_i is None or np.array_equal(step.values.get("w_i"), w_i)):
+                return step.values[value]
+        return None
+
+    def terms(self, share: Share) -> Iterator[Term]:
+        """What each of its directions contributes."""
+        given = [step.values["w_i"] for step in self.steps if step.name == OF_BRDF]
+        for step in self.steps:
+            if step.name == OF_LIGHTS:
+                yield self.from_lights(step, share)
+            elif step.name == OF_BRDF:
+                yield self.from_brdf(step, share)
+            elif step.name == "sample" and "f_cos_over_pdf" in step.values:
+                w_i = step.values["w_i"]
+                if not any(np.array_equal(w_i, other) for other in given):
+                    yield self.from_estimator(step)
+            elif step.name == SINGLE:
+                yield Term(self.number, SINGLE, {}, {THROUGHPUT: self.throughput, L: step.values[L]})
+
+    def from_lights(self, step: Step, share: Share) -> Term:
+        """The term of a sample of the lights."""
+        w_i, pdf, light = (step.values[name] for name in ("w_i", "pdf", "L_i"))
+        numbers = self.numbers(w_i) | {PDF_LIGHTS: pdf}
+        f_cos, is_blocked = self.first("f_r cos", "f_cos", w_i), self.first("shadow ray", "is_blocked", w_i)
+        why = "something blocks the light" if is_blocked else ""
+        if f_cos is None:
+            f_cos, why = np.zeros(3), "the light comes from behind the surface"
+            if np.max(light) <= 0:
+                why = "the light is dark there"
+        elif np.max(f_cos) <= 0:
+            why = MIRROR if self.surface["is_delta"] else "f_r cos is 0 there"
+        factors = self.factors(share(pdf, numbers.get(PDF_BRDF, 0.0)), f_cos / pdf)
+        return Term(self.number, OF_LIGHTS, numbers, factors | {L: np.zeros(3) if is_blocked else light}, why)
+
+    def from_brdf(self, step: Step, share: Share) -> Term:
+        """The term of a direction from the BRDF."""
+        w_i, survival = step.values["w_i"], self.first("Russian roulette", "survival")
+        numbers = self.numbers(w_i)
+        if self.surface["is_delta"]:
+            numbers = {COS: numbers[COS]}  # the others are infinite
+        weight = self.first("share_of_hit", "share_of_hit")
+        if weight is None:
+            weight = share(numbers.get(PDF_BRDF, 0.0), numbers.get(PDF_LIGHTS, 0.0))
+            weight = 1.0 if weight is not None and self.surface["is_delta"] else weight
+        light = self.first(DIRECT, "L_i", w_i)
+        light = self.first(ARRIVES, "L_i") if light is None else light
+        ratio = self.first("f_r cos / pdf", "f_cos_over_pdf", w_i)
+        factors = self.factors(weight, np.zeros(3) if ratio is None else ratio)
+        if survival is not None:
+            factors[SURVIVAL] = 1 / survival
+        why = MIRROR if self.surface["is_delta"] else ""
+        if light is None:
+            light, why = np.zeros(3), "no ray is sent" if survival is None else "Russian roulette ends the path"
+        elif np.max(light) <= 0:
+            why = "no light arrives from there"
+        return Term(self.number, OF_BRDF, numbers, factors | {L: light}, why)
+
+    def from_estimator(self, step: Step) -> Term:
+        """The term of a direction that the estimator drew itself."""
+        w_i, ratio = step.values["w_i"], step.values["f_cos_over_pdf"]
+        light = self.first(DIRECT, "L_i", w_i)
+        why = "" if light is not None else "not taken: a mirror or glass"
+        light = np.zeros(3) if light is None else light
+        return Term(self.number, OWN, self.numbers(w_i), self.factors(None, ratio) | {L: light}, why)
+
+    def numbers(self, w_i: np.ndarray) -> dict[str, Any]:
+        """f_r, the cosine and both densities of a direction, as far as they were asked for."""
+        found = {
+            F_R: self.first("f_r", "f_r", w_i),
+            COS: float(np.dot(self.surface["normal"], w_i)),
+            PDF_BRDF: self.first("the BRDF's density", "pdf", w_i),
+            PDF_LIGHTS: self.first("the lights' density", "pdf", w_i),
+        }
+        return {name: number for name, number in found.items() if number is not None}
+
+    def factors(self, weight: float | None, ratio: np.ndarray) -> dict[str, Any]:
+        """The factors before the light; without a weight there is none."""
+        return {THROUGHPUT: self.throughput} | ({} if weight is None else {WEIGHT: weight}) | {RATIO: ratio}
+
+    def passed_on(self) -> np.ndarray:
+        """The throughput before the next surface."""
+        found = self.throughput
+        for step in self.steps:
+            if step.name == OF_BRDF:
+                ratio = self.first("f_r cos / pdf", "f_cos_over_pdf", step.values["w_i"])
+                found = found if ratio is None else found * ratio
+        survival = self.first("Russian roulette", "survival")
+        return found if survival is None else found / survival
+
+
+def terms_of(steps: list[Step], share: Share) -> list[Term]:
+    """The terms of a sample; none if it is not made of light.
+
+    Args:
+        steps: of the sample.
+        share: the MIS weight of a sample; it gives None if the estimator has none.
+    """
+    seen = [step for step in steps if step.name == "emitted"]
+    if not seen:
+        return []
+    flat, throughput = steps_within(steps), np.ones(3)
+    terms = [Term(0, SEEN, {}, {"L_e": seen[0].values["L_e"]})]
+    starts = [k for k, step in enumerate(flat) if step.name == "surface"]
+    for k, (begin, end) in enumerate(pairwise([*starts, len(flat)]), start=1):
+        vertex = Vertex(k, throughput, flat[begin].values, flat[begin + 1 : end])
+        terms += vertex.terms(share)
+        throughput = vertex.passed_on()
+    for step in flat:
+        if step.name == "bounces that count":
+            for term in terms:
+                if term.surface == step.values["depth"]:
+                    term.factors["counts"], term.why = 0.0, "light after so many bounces does not count"
+    weigh(terms, [step.values["reflected"] for step in flat if "reflected" in step.values])
+    return terms
+
+
+def weigh(terms: list[Term], reflected: list[np.ndarray]) -> None:
+    """Give the only term with light the weight that ``reflected`` applied, if it has none: see ``one_sample``."""
+    lit = [term for term in terms if RATIO in term.factors and term.value.max() > 0]
+    if len(lit) == len(reflected) == 1 and WEIGHT not in lit[0].factors:
+        value, given = lit[0].value, reflected[0]
+        weight = float(given.sum() / value.sum())
+        if abs(weight - 1) > ROUNDING and np.allclose(value * weight, given, rtol=ROUNDING, atol=0):
+            lit[0].factors[WEIGHT] = weight
+
+
+def remainder(value: np.ndarray, terms: list[Term]) -> np.ndarray:
+    """(3,) what the terms do not explain of the value of a sample; 0 if it is as small as rounding."""
+    values = np.array([term.value for term in terms])
+    rest = value - values.sum(axis=0)
+    return np.zeros(3) if abs(rest).max() <= ROUNDING * abs(values).max() else rest

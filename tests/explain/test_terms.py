@@ -1,0 +1,145 @@
+"""The terms of a sample add up to its value, their factors are those of the formulas, and what is missing is told."""
+
+import math
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.explain.steps import Step
+from taichi_tracer.explain.terms import (
+    COS,
+    F_R,
+    OF_BRDF,
+    OF_LIGHTS,
+    PDF_BRDF,
+    PDF_LIGHTS,
+    RATIO,
+    THROUGHPUT,
+    WEIGHT,
+    L,
+    remainder,
+    terms_of,
+)
+
+SIZE = (24, 16)
+UP, ONE, ZERO = np.array([0, 1.0, 0]), np.ones(3), np.zeros(3)
+SLANTED = np.array([0.6, 0.8, 0])
+CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
+SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}}
+NAMES = ("brdf", "uniform", "hemisphere", "environment", "mis", "mis_balance", "mis_one_sample", *CLASSES)
+QUICK = [("cornell_box", "path"), ("cube", "mis")]
+EVERY = [
+    pytest.param(scene, name, marks=() if (scene, name) in QUICK else pytest.mark.exhaustive)
+    for scene in SCENES
+    for name in NAMES
+]
+
+
+@pytest.mark.parametrize(("scene_name", "name"), EVERY)
+def test_the_terms_add_up_to_the_value_of_the_sample(scene_name, name):
+    start("f32")
+    scene = tt.load_scene_data(scene_name, **SCENES[scene_name])
+    renderer = CLASSES.get(name, tt.A3Renderer)(scene, *SIZE).use(name)
+    rng, bright, hits = np.random.default_rng(5), 0, 0
+    for sample in range(16):
+        column, row = int(rng.integers(4, 20)), int(rng.integers(2, 14))
+        found = renderer.explain(column, row, None if sample % 2 else sample, 200)  # half of them are unusual
+        values = [term.value for term in found.terms]
+        assert np.allclose(np.sum(values, axis=0), found.value, rtol=1e-5, atol=1e-5 * np.max(np.abs(values)))
+        assert not found.remainder.any(), str(found)
+        for term in found.terms:
+            check_factors(term, name)
+        reflected = [term for term in found.terms if term.surface > 0]
+        hits += len(reflected)
+        bright += sum(term.value.max() > 0 for term in reflected)
+        assert "= " in found.equation[1]
+    assert hits >= 10
+    assert bright > 0
+    scene.destroy()
+
+
+def check_factors(term, name):
+    """f_r cos / pdf has no MIS weight in it, and is what f_r, the cosine and the density come to."""
+    numbers, ratio = term.numbers, term.factors.get(RATIO)
+    is_delta = term.how == OF_BRDF and F_R not in numbers
+    if ratio is None or is_delta or "behind" in term.why or "dark" in term.why:
+        return
+    pdf = {OF_BRDF: numbers.get(PDF_BRDF), OF_LIGHTS: numbers.get(PDF_LIGHTS)}.get(term.how)
+    if term.how not in (OF_BRDF, OF_LIGHTS):
+        pdf = 1 / (4 * math.pi) if name == "uniform" else 1 / (2 * math.pi)
+    if pdf > 0:
+        assert np.allclose(ratio, numbers[F_R] * max(0.0, numbers[COS]) / pdf, rtol=1e-3, atol=1e-6), term
+    if name in ("mis", "path") and pdf > 0:
+        other = numbers.get(PDF_LIGHTS if term.how == OF_BRDF else PDF_BRDF, 0.0)
+        assert term.factors[WEIGHT] == pytest.approx(pdf**2 / (pdf**2 + other**2), rel=1e-3, abs=1e-6)
+
+
+def surface():
+    return Step("surface", {"normal": UP, "is_delta": 0.0})
+
+
+def brdf_sample(light, survival=None):
+    """The steps of a direction from the BRDF: f_r cos / pdf is 1/2."""
+    steps = [
+        Step(OF_BRDF, {"w_i": SLANTED}),
+        Step("f_r", {"w_i": SLANTED, "f_r": 0.25 * ONE}),
+        Step("the BRDF's density", {"w_i": SLANTED, "pdf": 0.4}),
+        Step("f_r cos / pdf", {"w_i": SLANTED, "f_cos_over_pdf": 0.5 * ONE}),
+    ]
+    if survival is not None:
+        steps.append(Step("Russian roulette", {"survival": survival}))
+    return [*steps, *([] if light is None else [Step("light that arrives", {"L_i": light * ONE})])]
+
+
+def lights_sample(is_blocked):
+    """The steps of a sample of the lights: f_r cos / pdf is 1/10, and the light is 2."""
+    return [
+        Step(OF_LIGHTS, {"w_i": UP, "pdf": 2.0, "L_i": 2 * ONE}),
+        Step("the BRDF's density", {"w_i": UP, "pdf": 0.5}),
+        Step("f_r cos", {"w_i": UP, "f_cos": 0.2 * ONE}),
+        Step("shadow ray", {"w_i": UP, "is_blocked": float(is_blocked)}),
+    ]
+
+
+EMITTED = Step("emitted", {"L_e": 0.5 * ONE})
+
+
+def test_the_throughput_is_passed_on_with_the_roulette_in_it():
+    steps = [EMITTED, surface(), *brdf_sample(0.0, survival=0.5), surface(), *brdf_sample(3.0)]
+    seen, first, second = terms_of(steps, lambda pdf, other: None)
+    assert seen.value.tolist() == [0.5] * 3
+    assert first.why == "no light arrives from there"
+    assert second.factors[THROUGHPUT].tolist() == [1] * 3
+    assert second.value.tolist() == [1.5] * 3
+    assert second.numbers[COS] == 0.8
+    assert WEIGHT not in second.factors
+
+
+def test_weights_stand_apart_and_what_is_blocked_is_told():
+    (_, blocked) = terms_of([EMITTED, surface(), *lights_sample(True)], lambda pdf, other: pdf / (pdf + other))
+    assert (blocked.value.tolist(), blocked.why) == ([0] * 3, "something blocks the light")
+    (_, free) = terms_of([EMITTED, surface(), *lights_sample(False)], lambda pdf, other: pdf / (pdf + other))
+    assert free.factors[WEIGHT] == 0.8
+    assert free.factors[RATIO].tolist() == [0.1] * 3
+    assert free.factors[L].tolist() == [2] * 3
+    assert np.allclose(free.value, 0.16)
+
+
+def test_why_a_path_ends_is_told():
+    ended = terms_of([EMITTED, surface(), *brdf_sample(None, survival=0.5)], lambda pdf, other: None)
+    assert ended[1].why == "Russian roulette ends the path"
+    assert terms_of([EMITTED, surface(), *brdf_sample(None)], lambda pdf, other: None)[1].why == "no ray is sent"
+
+
+def test_what_the_terms_do_not_explain_is_told():
+    terms = terms_of([EMITTED], lambda pdf, other: None)
+    assert remainder(0.5 * ONE * (1 + 1e-7), terms).tolist() == [0] * 3
+    assert np.allclose(remainder(ONE, terms), 0.5)
+    assert terms_of([surface()], lambda pdf, other: None) == []
+
+
+def test_bounces_that_do_not_count_have_the_factor_0():
+    steps = [EMITTED, surface(), *brdf_sample(3.0), Step("bounces that count", {"depth": 1.0, "counts": 0.0})]
+    assert [term.value.max() for term in terms_of(steps, lambda pdf, other: None)] == [0.5, 0]

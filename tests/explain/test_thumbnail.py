@@ -1,0 +1,43 @@
+"""The thumbnail is a small PNG with a ring around the pixel that is explained."""
+
+import base64
+import io
+import re
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from taichi_tracer.explain.thumbnail import RING, SIDE, shrunk, thumbnail
+from taichi_tracer.tones.display import Display
+
+
+@pytest.mark.parametrize("size", [(16, 24), (700, 500), (100, 1000)])
+def test_the_ring_is_around_the_pixel(size):
+    height, width = size
+    image = np.zeros((height, width, 3), np.float32)
+    column, row = width // 3, height // 4
+    svg = thumbnail(image, column, row, Display(), True)
+    root = ElementTree.fromstring(svg)
+    (drawing,) = (one for one in root if one.tag == "svg")
+    wide, high = float(drawing.get("width")), float(drawing.get("height"))
+    assert max(wide, high) == SIDE
+    assert wide / high == pytest.approx(width / height, rel=0.01)
+    rings = [one for one in drawing if one.tag == "circle"]
+    assert [ring.get("stroke") for ring in rings] == ["#000", "#fff"]  # one of them is seen on any ground
+    for ring in rings:
+        assert float(ring.get("cx")) / wide == pytest.approx((column + 0.5) / width, abs=0.01)
+        assert float(ring.get("cy")) / high == pytest.approx((row + 0.5) / height, abs=0.01)
+        assert float(ring.get("r")) == RING
+    (data,) = re.findall(r"data:image/png;base64,([\w+/=]+)", svg)
+    assert max(Image.open(io.BytesIO(base64.b64decode(data))).size) <= SIDE
+
+
+def test_each_pixel_of_a_small_picture_is_the_mean_of_a_block():
+    image = np.arange(401 * 4 * 3, dtype=float).reshape(401, 4, 3)
+    small = shrunk(image)
+    assert small.shape == (134, 2, 3)
+    assert np.allclose(small[0, 0], image[:3, :3].mean(axis=(0, 1)))
+    assert np.allclose(small[-1, -1], image[399:, 3:].mean(axis=(0, 1)))
+    assert np.array_equal(shrunk(image[:160]), image[:160])
