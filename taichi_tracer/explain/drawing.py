@@ -144,7 +144,8 @@ def drawing(label: str, parts: list[str], labels: Sequence[Label]) -> str:
     """A whole drawing."""
     head = HEAD.format(w=WIDTH, h=HEIGHT, label=html.escape(label))
     body = "".join([*parts, *placed(labels)])
-    return f"<figure>{head}{STYLE.format()}{body}</svg><figcaption>{html.escape(label)}</figcaption></figure>"
+    caption = f"<figcaption>{html.escape(label)}</figcaption>"
+    return f"<figure style='max-width: {WIDTH}px'>{head}{STYLE.format()}{body}</svg>{caption}</figure>"
 
 
 def placed(labels: Sequence[Label]) -> list[str]:

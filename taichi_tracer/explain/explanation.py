@@ -11,6 +11,7 @@ import numpy as np
 from taichi_tracer.explain import drawing
 from taichi_tracer.explain.steps import TRIED, Step, as_json, short_text, steps_within, text_of_value
 from taichi_tracer.explain.terms import (
+    APPLIED,
     COS,
     F_R,
     PDF_BRDF,
@@ -250,7 +251,7 @@ def terms_as_html(terms: Sequence[Term]) -> str:
     """A table with a row for each term."""
     names = [
         name
-        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT)
+        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED)
         if any(name in term.numbers | term.factors for term in terms)
     ]
     head = "".join(f"<th>{html.escape(name)}</th>" for name in ("where", "direction", "contributes", *names))
@@ -261,4 +262,5 @@ def terms_as_html(terms: Sequence[Term]) -> str:
         numbers = [short_text(values[name]) if name in values else "" for name in names]
         cells = [term.where, how, f"<b>{short_text(term.value)}</b>", *numbers]
         rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-    return f"<div class='wide' style='overflow-x: auto'><table><tr>{head}</tr>{rows}</table></div>"
+    style = "<style>.terms { font-size: 0.75em } .terms th { white-space: normal }</style>"
+    return f"<div class='wide' style='overflow-x: auto'>{style}<table class='terms'><tr>{head}</tr>{rows}</table></div>"

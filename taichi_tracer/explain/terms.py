@@ -19,6 +19,7 @@ ROUNDING = 1e-5  # of the largest term: a sum of single precision is as exact as
 OF_BRDF, OF_LIGHTS = "a direction from the BRDF", "a sample of the lights"
 SINGLE, DIRECT, ARRIVES = "lights that are sampled one by one", "light from a direction", "light that arrives"
 MIRROR = "a mirror or glass: light comes from single directions, where only f_r cos / pdf is finite"
+APPLIED = "weight in reflected"  # what this method gave over the other factors
 SEEN, OWN = "what the eye ray sees", "the estimator's own direction"
 F_R, COS, PDF_BRDF, PDF_LIGHTS = "f_r", "cos θ", "BRDF's density per sr", "lights' density per sr"
 THROUGHPUT, WEIGHT, RATIO, SURVIVAL, L = "throughput", "MIS weight", "f_r cos / pdf", "1 / survival", "L"
@@ -196,7 +197,7 @@ def weigh(terms: list[Term], reflected: list[np.ndarray]) -> None:
         value, given = lit[0].value, reflected[0]
         weight = float(given.sum() / value.sum())
         if abs(weight - 1) > ROUNDING and np.allclose(value * weight, given, rtol=ROUNDING, atol=0):
-            lit[0].factors[WEIGHT] = weight
+            lit[0].factors[APPLIED] = weight
 
 
 def remainder(value: np.ndarray, terms: list[Term]) -> np.ndarray:

@@ -30,7 +30,7 @@ def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: 
     rings = "".join(f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{RING}' fill='none' {look}/>" for look in RINGS)
     title = html.escape(f"the picture so far: the ring is around column {column}, row {row}")
     head = f"<svg viewBox='0 0 {width} {height}' width='{width}' height='{height}' role='img' aria-label='{title}'>"
-    return f"<figure>{head}{picture}{rings}</svg><figcaption>{title}</figcaption></figure>"
+    return f"<figure style='max-width: {SIDE}px'>{head}{picture}{rings}</svg><figcaption>{title}</figcaption></figure>"
 
 
 def shrunk(image: np.ndarray) -> np.ndarray:
