@@ -14,15 +14,21 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import RUNS, SPP_PER_CALL, relative_rmse
+from benchmarks.direct import BLOB, BLOB_VIEW, RUNS, SPP_PER_CALL, relative_rmse
 from benchmarks.measure import describe_machine, interleaved, ratio_table
+from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
+from benchmarks.samplers import sun_and_sky
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
 
 SCENE = "cornell_box"
 SIZE, BOUNCES = 512, 5  # of the time per sample
 ERROR_SIZE = 256
+TARGETS = (0.05, 0.02, 0.01)
+USUAL = "path"  # the estimator by default
 THEIRS = ("independent", "multijitter", "ldsampler", "orthogonal")
-SPP = (4, 16, 64, 256)  # of the points of a curve of Mitsuba's
+SPP = (4, 16, 64, 256, 1024)  # of the points of a curve of Mitsuba's
 MOST_SECONDS, MOST_SPP = 30, 4096  # a curve of ours ends at the first of these
 REFERENCE_SPP, REFERENCE_SEED = 1024, 1000
 MANY_SIZE, MANY_REFERENCE = 128, 4096
@@ -45,7 +51,7 @@ print(first)
 """
 
 
-def renderer_of(scene, size: int, how: str, bounces: int, sampler: str = "sobol", seed: int = 0):
+def renderer_of(scene, size: int, how: str, bounces: int, sampler: str | None = None, seed: int = 0):
     """A renderer of paths."""
     renderer = tt.A4Renderer(scene, size, size, sampler=sampler, seed=seed).use(how)
     renderer.max_bounces = bounces
@@ -55,7 +61,11 @@ def renderer_of(scene, size: int, how: str, bounces: int, sampler: str = "sobol"
 def per_sample() -> str:
     """A table: milliseconds for one sample of every pixel."""
     scene = tt.load_scene_data(SCENE)
-    ours = {f"{how}, {s}": renderer_of(scene, SIZE, how, BOUNCES, s) for how in WAYS for s in ("sobol", "independent")}
+    ours = {
+        f"{how}, {s}": renderer_of(scene, SIZE, how, BOUNCES, s)
+        for how in WAYS
+        for s in ("niederreiter", "independent")
+    }
     theirs = MitsubaPicture(SCENE, path(BOUNCES), SIZE, SIZE)
 
     def render(renderer) -> None:
@@ -104,9 +114,9 @@ def curve(
     return points
 
 
-def their_curve(bounces: int, sampler: str, truth: np.ndarray) -> list[tuple[float, float]]:
+def their_curve(peer: MitsubaPicture, truth: np.ndarray) -> list[tuple[float, float]]:
     """(error, seconds) of Mitsuba's pictures."""
-    peer, points = MitsubaPicture(SCENE, path(bounces), ERROR_SIZE, ERROR_SIZE, sampler=sampler), []
+    points = []
     for spp in SPP:
         peer.render(spp)
         start = time.perf_counter()
@@ -115,23 +125,50 @@ def their_curve(bounces: int, sampler: str, truth: np.ndarray) -> list[tuple[flo
     return points
 
 
+def scan_on_floor() -> Mesh:
+    """A displaced sphere on a floor."""
+    vertices, faces = displaced_sphere(BLOB)
+    floor = np.array([[-6, -1.2, 6], [6, -1.2, 6], [6, -1.2, -6], [-6, -1.2, -6]], float)
+    return Mesh(
+        vertices=np.concatenate([floor, vertices]),
+        faces=np.concatenate([[[0, 1, 2], [0, 2, 3]], faces + 4]),
+        face_materials=np.repeat([0, 1], [2, len(faces)]),
+        materials=[Material("floor", Kd=(0.5, 0.5, 0.5)), Material("scan", Kd=(0.6, 0.5, 0.4))],
+    )
+
+
+# Title → (a shipped scene or a mesh, the radiance of its environment, the view, bounces).
+PICTURES: dict[str, Callable[[], tuple]] = {
+    "cornell_box, its lamp alone": lambda: (SCENE, None, None, 1),
+    "cornell_box, 6 segments": lambda: (SCENE, None, None, 6),
+    "veach_plates, 6 segments": lambda: ("veach_plates", None, None, 6),
+    "a scan on a floor under a sky, 3 bounces": lambda: (scan_on_floor(), sun_and_sky(), BLOB_VIEW, 3),
+}
+
+
 def to_error() -> str:
-    """Tables: seconds of rendering until 2 % (direct light) and 5 % (6 bounces) relative RMSE."""
-    scene, report = tt.load_scene_data(SCENE), []
-    for bounces, target in ((1, 0.02), (6, 0.05)):
-        truth = renderer_of(scene, ERROR_SIZE, "explicit", bounces, seed=REFERENCE_SEED).render(REFERENCE_SPP).image()
-        reference = MitsubaPicture(SCENE, path(bounces), ERROR_SIZE, ERROR_SIZE, sampler="multijitter")
-        their_truth = reference.render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
-        seconds = {}
-        for how in ("explicit", "path"):
-            points = curve(renderer_of(scene, ERROR_SIZE, how, bounces), error_to(truth))
-            seconds[f"taichi_tracer, {how}, sobol"] = time_to(points, target)
-        for sampler in THEIRS:
-            seconds[f"Mitsuba, {sampler}"] = time_to(their_curve(bounces, sampler, their_truth), target)
-        best = min((s, name) for name, s in seconds.items() if name.startswith("Mitsuba") and s == s)[1]
-        title = f"time to {target:.0%}, {SCENE} lit by its lamp, {ERROR_SIZE}², {bounces} bounces, rendering only"
-        report.append(ratio_table(title, seconds, best, "ms"))
-    return "".join(report)
+    """Tables: seconds of rendering to an error, of ours as a user gets it, and of Mitsuba with its samplers."""
+    return "".join(error_table(title, *make()) for title, make in PICTURES.items())
+
+
+def error_table(title: str, scene: str | Mesh, environment: np.ndarray | None, view: dict | None, bounces: int) -> str:
+    """The seconds to each error of ``TARGETS``; its last lines compare the estimator by default with Mitsuba's best."""
+    is_shipped = isinstance(scene, str)
+    ours = tt.load_scene_data(scene) if is_shipped else tt.SceneData(scene, view=view, environment=environment)
+    truth = renderer_of(ours, ERROR_SIZE, USUAL, bounces, seed=REFERENCE_SEED).render(REFERENCE_SPP).image()
+    options = {"environment": environment, "view": view}
+    theirs = {s: MitsubaPicture(scene, path(bounces), ERROR_SIZE, ERROR_SIZE, sampler=s, **options) for s in THEIRS}
+    their_truth = theirs["multijitter"].render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
+    found = {h: curve(renderer_of(ours, ERROR_SIZE, h, bounces), error_to(truth)) for h in (USUAL, "explicit")}
+    found |= {name: their_curve(peer, their_truth) for name, peer in theirs.items()}
+    lines = [f"\n**{title}, {ERROR_SIZE}², rendering only: seconds to an error**\n"]
+    lines += [f"| | {' | '.join(f'{t:.0%}' for t in TARGETS)} |", "|---|" + "--:|" * len(TARGETS)]
+    for name, points in found.items():
+        cells = " | ".join(f"{time_to(points, t):.3g}" for t in TARGETS)
+        lines.append(f"| {'Mitsuba' if name in theirs else 'taichi_tracer'}, {name} | {cells} |")
+    best = [np.nanmin([time_to(found[name], t) for name in theirs]) for t in TARGETS]
+    ratios = " | ".join(f"{b / time_to(found[USUAL], t):.2f}" for b, t in zip(best, TARGETS, strict=True))
+    return "\n".join([*lines, f"| speed of {USUAL}, relative to Mitsuba's best | {ratios} |"]) + "\n"
 
 
 def many_lamps() -> str:

@@ -24,6 +24,7 @@ class Frame:
 
     Attributes:
         number: counts the frames. kind: "jpeg" or "png". data: the file.
+        data_number: the number of the first frame with this file, so that a page gets it only when it is new.
         state: what changes with every picture, as JSON. details: what else the page shows, as JSON.
         details_number: counts the changes of the details, so that a page gets them only when they are new.
     """
@@ -34,6 +35,11 @@ class Frame:
     state: str
     details: str = "{}"
     details_number: int = 1
+    data_number: int = 0
+
+    def data_after(self, since: int) -> bytes:
+        """The file; none for a page that got it with the frame of number ``since``, or with an earlier one."""
+        return self.data if since < max(self.data_number, 1) else b""
 
 
 def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:

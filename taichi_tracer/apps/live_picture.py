@@ -77,7 +77,7 @@ class LivePicture(anywidget.AnyWidget):
             if frame is not None and self._sent - self._shown < IN_FLIGHT:
                 details = json.loads(frame.details) if frame.details_number != self._details else {}
                 content = json.loads(frame.state) | details | {"id": frame.number, "kind": frame.kind}
-                self.send(content, [frame.data])
+                self.send(content, [frame.data_after(self._sent)])
                 self._sent, self._details = frame.number, frame.details_number
             if worked:
                 await asyncio.sleep(0)

@@ -17,6 +17,7 @@ from taichi_tracer.apps.frames import Frame
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
 
+CANCEL = "cancel"  # the event that does not wait for the thread that renders, because that one is busy
 Event = tuple[str, dict[str, Any]]  # its type and its members
 
 
@@ -30,6 +31,7 @@ class Mailbox:
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
         self.is_over = False
+        self.is_cancelled = False  # whether what was chosen last, and is compiled now, is not wanted any more
         self._events: deque[Event] = deque()
         self._tasks: deque[tuple[Callable[[], Any], Future]] = deque()
         self._lock = threading.Condition()
@@ -44,6 +46,9 @@ class Mailbox:
             InputError: it is malformed; see ``events.checked``.
         """
         kind, members = checked(event)
+        if kind == CANCEL:
+            self.is_cancelled = True
+            return
         with self._lock:
             if len(self._events) >= MOST_EVENTS:
                 self._events.popleft()

@@ -221,11 +221,11 @@ def make_picture(
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         with stage(stopwatch.WRITE, waits=True):
-            denoised = renderer.denoised() if request.denoise else None
-            image = renderer.film.own_pixels(renderer.image() if denoised is None else denoised.image)
+            changed = request.changed(renderer)
+            image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
             place = written_picture(path, image, channels, **encoding_of(renderer, picture))
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
-        told = describe(renderer, image) if denoised is None else f"{describe_size(renderer, image)}, {denoised}"
+        told = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
         print(f"{place}: {told} ({times})", flush=True)
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)

@@ -12,7 +12,8 @@ from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
-from taichi_tracer.picture.denoised import SAMPLER, denoiser
+from taichi_tracer.picture.denoised import SAMPLER, Changed, check_clamp, denoiser
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
@@ -28,8 +29,9 @@ class RenderRequest:
         bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
-        denoise: whether what a denoiser makes of the picture is written. profile: whether a page tells where the time
-            went.
+        denoise: whether what a denoiser makes of the picture is written.
+        clamp: how many times as bright as its brightest neighbour a pixel may be that is written; None for any.
+        profile: whether a page tells where the time went.
     """
 
     scene: SceneRequest
@@ -40,13 +42,25 @@ class RenderRequest:
     checkpoint_every: float
     aovs: tuple[Aov, ...]
     denoise: bool
+    clamp: float | None
     profile: bool
+
+    def changed(self, renderer: ProgressiveRenderer) -> Changed | None:
+        """What is written in place of the picture, with its error; None where the picture is."""
+        if self.clamp is not None:
+            return renderer.clamped(self.clamp)
+        return renderer.denoised() if self.denoise else None
 
 
 def render_of(args: Namespace) -> RenderRequest:
     """What the options of ``render`` ask for."""
+    if args.denoise and args.clamp is not None:
+        raise InputError("--denoise and --clamp: one of them can be told from the samples at a time")
     if args.denoise:
         denoiser()  # so that an installation without it says so at once
+    if args.clamp is not None:
+        check_clamp(args.clamp)
+    if args.denoise or args.clamp is not None:
         args.sampler = args.sampler or SAMPLER
     scene, pictures = scene_and_pictures_of(args)
     note_unused(args, pictures)

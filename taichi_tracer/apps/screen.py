@@ -56,19 +56,21 @@ class Layout:
 
 
 def first_size(picture: tuple[int, int], lines: int, screen: tuple[int, int] | None) -> tuple[int, int]:
-    """The size of the window when it opens: it holds the picture and both panels, and is no larger than the screen.
+    """The size of the window when it opens: both panels, and the picture that fills what is between them.
+
+    It is no larger than the screen.
 
     Args:
-        picture: size in pixels; a small picture is enlarged by a whole number.
+        picture: size in pixels; it is enlarged where the panels are higher, or where it is small.
         lines: of the longer panel.
         screen: its size in pixels; None if it is unknown.
     """
     scale = max(1, SMALLEST_PICTURE // max(picture))
-    wanted = 2 * PANEL_WIDTH + scale * picture[0], max(scale * picture[1], PANEL_LINE * lines)
-    if screen is None:
-        return wanted
-    most = (max(1, int(share * pixels)) for share, pixels in zip(SHARE_OF_SCREEN, screen, strict=True))
-    return tuple(min(pixels, limit) for pixels, limit in zip(wanted, most, strict=True))
+    most_width, most_height = (
+        (10**6, 10**6) if screen is None else (max(1, int(s * p)) for s, p in zip(SHARE_OF_SCREEN, screen, strict=True))
+    )
+    height = min(max(scale * picture[1], PANEL_LINE * lines), most_height)
+    return min(2 * PANEL_WIDTH + round(height * picture[0] / picture[1]), most_width), height
 
 
 class Screen:

@@ -184,7 +184,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         state, details = frame.state.encode(), b"" if frame.details_number == known else frame.details.encode()
         head = {"X-Frame": str(frame.number), "X-Kind": frame.kind, "X-Details": str(frame.details_number)}
         lengths = struct.pack("<II", len(state), len(details))
-        self.send(HTTPStatus.OK, "application/octet-stream", lengths + state + details + frame.data, head)
+        self.send(HTTPStatus.OK, "application/octet-stream", lengths + state + details + frame.data_after(since), head)
 
     def is_gone(self) -> bool:
         """Whether the page has closed the connection while it waited: then its room is free for another one."""

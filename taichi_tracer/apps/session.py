@@ -7,6 +7,7 @@ that a slow connection gets fewer frames instead of a queue of old ones.
 
 import html
 import json
+import shlex
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -18,13 +19,15 @@ import numpy as np
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps import pace
+from taichi_tracer.apps.cancelling import Cancelled, Cancelling, former
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.apps.mailbox import Mailbox
+from taichi_tracer.apps.pointed import Pointed
 from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.same_again import as_command, position_of
+from taichi_tracer.apps.same_again import as_command, camera_words, position_of
 from taichi_tracer.apps.split import Split, Told, details_of, state_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
@@ -38,6 +41,8 @@ ERROR_SHARE = 0.025  # of the time that looks at the error take
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
+SIDES = ("left", "right")  # of two pictures
+POINTING = ("point", "leave")  # events that change nothing of the picture, or of what is told of it
 FILES = {"png": "image/png", "exr": "image/x-exr"}  # kinds of files that can be saved
 
 
@@ -63,7 +68,10 @@ class Session(Mailbox):
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
         self.keys: set[str] = set()
-        self.message, self.explanation = "", ""
+        self.message, self.explanation = "", ""  # the second one as HTML
+        self.pointed: Pointed | None = None
+        self._answers = 0  # counts the choices, so that a page hears of each
+        self._before: tuple[str, dict[str, Any]] | None = None  # the event that takes the last choice back
         self.errors: dict[int, Told] = {}
         self.curves: dict[str, list[list[float]]] = {}
         self._last_step = self._moved_at = self.now()
@@ -73,6 +81,7 @@ class Session(Mailbox):
         self._shown: ProgressiveRenderer | None = None  # a coarse picture that stands for that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
+        self._file_of: tuple = ()  # what the bytes of its file depend on
         self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
         self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
         self._details, self._details_of, self._details_number = "{}", (), 0
@@ -97,7 +106,7 @@ class Session(Mailbox):
 
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
-        self._framed, self._details_of = (), ()
+        self._framed, self._details_of, self._file_of = (), (), ()
 
     def step(self, patience: float = 0.05) -> bool:
         """Take the events, move the camera, render for a moment and make a frame if one is wanted.
@@ -114,15 +123,27 @@ class Session(Mailbox):
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
         events, answered = self.take_post()
-        orbit, zoom, pan, tapped = self.take(events)
-        now = self.now()
-        self.move(min(now - self._last_step, LONGEST_STEP), orbit, zoom, pan, tapped)
-        self._last_step = now
-        is_busy = self.seconds_of_rest() == 0
-        if is_busy:
-            self.render()
-            self.make_frame()
+        is_busy = True
+        try:
+            with Cancelling(self).while_compiling():
+                moved = self.take(events)
+                now = self.now()
+                self.move(min(now - self._last_step, LONGEST_STEP), *moved)
+                self._last_step = now
+                is_busy = self.seconds_of_rest() == 0
+                if is_busy:
+                    self.render()
+                    self.make_frame()
+        except Cancelled:
+            self.take_back()
         return bool(events or answered or is_busy)
+
+    def take_back(self) -> None:
+        """Show again what was shown before the last choice."""
+        if self._before is not None:
+            kind, members = self._before
+            getattr(self, f"on_{kind}")(**members)
+        self._before, self.message = None, "Cancelled."
 
     @property
     def is_moving(self) -> bool:
@@ -197,8 +218,12 @@ class Session(Mailbox):
                 tapped |= {members["key"]} if members["down"] else set()
             elif kind == "blur":
                 self.keys.clear()
+            elif kind in POINTING:
+                self.pointed = Pointed(**members, renderer=self.renderer) if members else None
             elif kind not in OF_HOSTS:
-                self.message = ""
+                self.message, self.explanation = "", ""  # both were about what was shown before
+                self._answers += 1
+                self._before = former(self, kind, members)
                 try:
                     getattr(self, f"on_{kind}")(**members)
                 except Exception as error:  # nothing that a page asks for ends the picture
@@ -226,7 +251,7 @@ class Session(Mailbox):
         if any(pan):
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
-        self._moved_at, self._has_moved = self.now(), True
+        self._moved_at, self._has_moved, self.explanation = self.now(), True, ""
 
     # ── what can be chosen ──
 
@@ -310,6 +335,13 @@ class Session(Mailbox):
         command, lines = as_command(self.renderer, self.scene_options), as_python(self.renderer)
         self.explanation = f"<pre>{html.escape(command)}</pre><pre>{html.escape(lines)}</pre>"
 
+    def on_camera(self) -> None:
+        """Tell the camera as options of the command line."""
+        self.explanation = f"<pre>{html.escape(shlex.join(camera_words(self.renderer.camera)))}</pre>"
+
+    def on_close(self) -> None:
+        """Tell nothing any more: what was told is gone already."""
+
     def on_split(self, mode: str) -> None:
         """Show two choices on one camera, or their difference, or one again."""
         self.split = Split.begun(self.split, self.choices, mode)
@@ -336,17 +368,23 @@ class Session(Mailbox):
         make = quick_pixels if kind == "jpeg" else exact_pixels
         self.bring_details_up_to_date()
         shown = self.renderers if self._shown is None else [self._shown]
-        pixels = make(shown[0]) if self.split is None else self.split.pixels(make)
-        state = state_of(shown, self.split, self.errors)
-        data = encoded(pixels, kind)
+        number = 1 if self._frame is None else self._frame.number + 1
+        file_of = self._pictures, kind, self.settings_key()[: -len(self.told)]
+        if self._frame is not None and file_of == self._file_of:
+            data, data_number = self._frame.data, self._frame.data_number
+        else:
+            pixels = make(shown[0]) if self.split is None else self.split.pixels(make)
+            data, data_number = encoded(pixels, kind), number
+        self._file_of = file_of
+        pointed = None if self.pointed is None or self.is_moving else self.pointed.told(self.renderers)
+        state = state_of(shown, self.split, self.errors, pointed)
         if kind == "jpeg" and self.split is None:
             self.preview.took(self.renderer, self.now() - self._began)
         self._framed = self._pictures, kind, self.settings_key()
         self._framed_at, self._has_moved = self.now(), False
         if kind == "png":
             self._rest.done(begin, self._framed_at)
-        number = 1 if self._frame is None else self._frame.number + 1
-        self.show(Frame(number, kind, data, state, self._details, self._details_number))
+        self.show(Frame(number, kind, data, state, self._details, self._details_number, data_number))
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
@@ -356,10 +394,10 @@ class Session(Mailbox):
             return
         self.errors = {id(one): Told(str(one.error()), one.samples) for one in random}
         self.curves = {}
-        for renderer in random:
+        for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
-                self.curves[name] = pace.thinned(points)
+                self.curves[name if self.split is None else f"{side}: {name}"] = pace.thinned(points)
         self._look.done(begin, self.now())
 
     def settings_key(self) -> tuple:
@@ -371,7 +409,12 @@ class Session(Mailbox):
         ]
         split = None if self.split is None else (self.split.mode, self.split.number)
         fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, split, fov, choices.white, self.message, self.explanation)
+        return (*of, split, fov, choices.white, *self.told)
+
+    @property
+    def told(self) -> tuple:
+        """What is told beside the picture, and changes nothing of it."""
+        return self.message, self.explanation, self._answers, self.pointed
 
     def bring_details_up_to_date(self) -> None:
         """Make the details again if something of them has changed."""

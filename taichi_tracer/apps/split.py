@@ -87,12 +87,18 @@ class Told(NamedTuple):
         return self.error if self.samples == samples else f"{self.error} at {self.samples}"
 
 
-def state_of(renderers: Sequence[ProgressiveRenderer], split: Split | None, errors: Mapping[int, Told]) -> str:
+def state_of(
+    renderers: Sequence[ProgressiveRenderer],
+    split: Split | None,
+    errors: Mapping[int, Told],
+    pointed: dict[str, Any] | None = None,
+) -> str:
     """What changes with every picture, as JSON.
 
     Args:
         renderers: those that are shown, one or two. split: how two are shown; None for one.
         errors: id of a renderer → its error, as it was told last.
+        pointed: what is known about the pixel under the pointer.
     """
     sides = []
     for r in renderers:
@@ -102,7 +108,7 @@ def state_of(renderers: Sequence[ProgressiveRenderer], split: Split | None, erro
     number = 0 if split is None else split.number
     scale = split.scale if split is not None and split.mode == DIFFERENCE else renderers[number].scale
     told = None if scale is None else {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text}
-    return json.dumps({**sides[number], "sides": sides, "scale": told})
+    return json.dumps({**sides[number], "sides": sides, "scale": told, "pointed": pointed})
 
 
 def details_of(choices: Choices, split: Split | None) -> dict[str, Any]:

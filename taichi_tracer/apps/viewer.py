@@ -6,12 +6,15 @@ tells a program neither of the mouse wheel nor of F1: zooming is a drag with the
 is the key h, or a button.
 """
 
+import contextlib
 import math
+import os
 import shlex
 import sys
+import tempfile
 import time
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import taichi as ti
@@ -140,6 +143,18 @@ class Viewer:
         self.window = ti.ui.Window(TITLE, size, fps_limit=FRAMES_PER_SECOND, pos=tuple(middle))
         self.cursor = self.window.get_cursor_pos()
         self.drags_picture = False
+        self.tapped: set[str] = set()  # what was pressed since the last frame, and may be released again
+        with tempfile.TemporaryDirectory() as folder:
+            self.loop(folder)
+            with within(folder):
+                self.window.destroy()
+
+    def loop(self, folder: str) -> None:
+        """One frame after the other.
+
+        Args:
+            folder: where ``ti.ui`` may write its own file, imgui.ini.
+        """
         last = time.perf_counter()
         while self.window.running:
             self.take_size()
@@ -151,11 +166,11 @@ class Viewer:
             self.draw()
             self.window.get_canvas().set_image(self.screen.pixels)
             self.panels.draw(self.window.get_gui())
-            self.window.show()
+            with within(folder):
+                self.window.show()
             if chosen is not None:
                 self.take_choice()
                 last = time.perf_counter()  # compiling is not time in which a held key moves the camera
-        self.window.destroy()
 
     def warm_up(self) -> None:
         """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key."""
@@ -198,15 +213,26 @@ class Viewer:
         self.frame_seconds += (seconds - self.frame_seconds) * (SMOOTHING if self.frame_seconds > 0 else 1.0)
 
     def read_events(self) -> None:
-        """What was pressed once since the last frame."""
+        """What was pressed once since the last frame.
+
+        ``ti.ui`` does not tell where the mouse was when it was pressed. It is taken to have been where it was in the
+        last frame, if that is in the picture: in a slow frame, a whole drag may lie between the two.
+        """
+        self.tapped = set()
         for event in self.window.get_events(ti.ui.PRESS):
+            self.tapped.add(event.key)
             if event.key == ti.ui.ESCAPE:
                 self.window.running = False
             elif event.key in (ti.ui.LMB, ti.ui.RMB):
-                self.cursor = self.window.get_cursor_pos()
-                self.drags_picture = self.screen.layout.holds(self.cursor) and not self.panels.shows_help
+                cursor, layout = self.window.get_cursor_pos(), self.screen.layout
+                self.drags_picture = layout.holds(cursor) and not self.panels.shows_help
+                self.cursor = self.cursor if layout.holds(self.cursor) else cursor
             else:
                 self.press(event.key)
+
+    def is_pressed(self, key: str) -> bool:
+        """Whether a key or a button is held, or was pressed since the last frame."""
+        return key in self.tapped or self.window.is_pressed(key)
 
     def press(self, key: str) -> None:
         """What a key does that is pressed once; other keys do nothing."""
@@ -224,14 +250,14 @@ class Viewer:
 
     def move_camera(self, seconds: float) -> None:
         """Let held keys and the mouse move the camera; a camera that stays put keeps its samples."""
-        keys = {key for key in camera_controller.KEYS if self.window.is_pressed(key)}
+        keys = {key for key in camera_controller.KEYS if self.is_pressed(key)}
         last, self.cursor = self.cursor, self.window.get_cursor_pos()
         orbit, zoom = (0.0, 0.0), 0.0
         if self.drags_picture:
             drag = self.screen.layout.as_drag(last, self.cursor)
-            if self.window.is_pressed(ti.ui.LMB):
+            if self.is_pressed(ti.ui.LMB):
                 orbit = drag
-            elif self.window.is_pressed(ti.ui.RMB):
+            elif self.is_pressed(ti.ui.RMB):
                 zoom = drag[1]
         camera = self.renderer.camera
         self.moves = bool(keys) or zoom != 0 or orbit != (0, 0)
@@ -296,3 +322,14 @@ class Viewer:
         """Do something in the next frame: it may compile, and the panel has to say so before."""
         self.pending = choice
         self.tell(BUSY)
+
+
+@contextlib.contextmanager
+def within(folder: str) -> Iterator[None]:
+    """The working directory is another one for a moment."""
+    former = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(former)

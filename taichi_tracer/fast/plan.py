@@ -162,11 +162,11 @@ class FastPlan(Plan):
         return self.tiles
 
     def has_paid(self, scene: Any, integrator: Any, target: Target) -> bool:
-        """Whether tiles are kept, or would have paid in earlier processes, and much is to be rendered."""
+        """Whether tiles are kept, or would have paid in earlier processes, and much is or was to be rendered."""
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
         passes = max(self.passes_expected, target.passes(pixels))
-        return passes * pixels >= MUCH and KEPT.seconds(key_of(r, scene, integrator)) >= LONG
+        return (self.passes + passes) * pixels >= MUCH and KEPT.seconds(key_of(r, scene, integrator)) >= LONG
 
     def will_take_tiles(self, integrator: Any, target: Target) -> bool | None:
         """True if they are kept; None if that is not known yet."""

@@ -1,18 +1,19 @@
-"""A picture without its noise, and what that costs: a denoiser blurs, and its error is measured with other samples.
+"""A picture without its noise or its fireflies, and what that costs: its error is measured with other samples.
 
 Open Image Denoise (the extra ``denoise``) guesses the picture f(I) from the noisy one I, with the albedo and the
-normals of what the pixels show as guides. It takes noise away and adds bias. No estimate of the noise tells of this
-bias. But the samples of a picture have two independent halves with the means A and B. f(A) knows nothing of B, and B
-has no bias, so that
+normals of what the pixels show as guides. A clamp cuts what is much brighter than all around. Both take noise away and
+add bias. No estimate of the noise tells of this bias. But the samples of a picture have two independent halves with the
+means A and B. f(A) knows nothing of B, and B has no bias, so that
 
     E (f(A) − B)² = e² + V,
 
 where e² is the mean square error of f(A), with its bias, and V is the variance of B, which is E (A − B)² / 2. The
 variance of f(A) is E (f(A) − f(B))² / 2; what it does not explain of e² is the square of the bias. All this is of half
-of the samples; the denoised picture of all of them is mostly better.
+of the samples; the changed picture of all of them is mostly better.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,19 +25,24 @@ from taichi_tracer.system.errors import InputError
 EXTRA = 'pip install "taichi_tracer[denoise]"'
 SAMPLER = "niederreiter_two"  # whose halves are independent
 STANDARD_ERRORS = 2.0
+LEAST_CLAMP = (
+    1.0  # times the brightest neighbour: a smaller limit would cut pixels that are as bright as their neighbours
+)
 
 
-class Denoised(NamedTuple):
-    """A picture that was denoised. Errors are relative RMSE: fractions of the mean of the picture.
+class Changed(NamedTuple):
+    """A picture that was denoised or clamped. Errors are relative RMSE: fractions of the mean of the picture.
 
     Attributes:
         image: (h, w, 3) linear.
-        error: of what the denoiser makes of half of the samples, measured with the other half. high: an upper end of
+        how: "denoised" or "clamped".
+        error: of what this makes of half of the samples, measured with the other half. high: an upper end of
             it, two standard errors higher.
         bias: the part of the error that more samples would not remove. noise: of the picture before.
     """
 
     image: Picture
+    how: str
     error: float
     high: float
     bias: float
@@ -44,27 +50,52 @@ class Denoised(NamedTuple):
 
     def __str__(self) -> str:
         about = f"{percent(self.error)}, at most" if self.error > 0 else "at most"
-        bias = f"{percent(self.bias)} is bias that the denoiser added"
-        return f"denoised: error {about} {percent(self.high)}, of which {bias}; the noise was {percent(self.noise)}"
+        bias = f"{percent(self.bias)} is bias that this added"
+        return f"{self.how}: error {about} {percent(self.high)}, of which {bias}; the noise was {percent(self.noise)}"
 
 
-def denoised(renderer: Any) -> Denoised:
+def denoised(renderer: Any) -> Changed:
     """What the denoiser makes of a renderer's picture.
 
     Raises:
-        InputError: the denoiser is not installed, or the samples have no independent halves.
+        InputError: the denoiser is not installed, or as for ``changed``.
+    """
+    guides = guides_of(renderer)
+    return changed(renderer, lambda image: without_noise(image, *guides), "denoised")
+
+
+def clamped(renderer: Any, factor: float) -> Changed:
+    """A renderer's picture with no pixel brighter than ``factor`` times the brightest of its eight neighbours.
+
+    Raises:
+        InputError: the factor is below 1, or as for ``changed``.
+    """
+    check_clamp(factor)
+    return changed(renderer, lambda image: without_fireflies(np.asarray(image), factor), "clamped")
+
+
+def check_clamp(factor: float) -> None:
+    """An InputError unless a clamp may have this factor."""
+    if not LEAST_CLAMP <= factor < math.inf:
+        raise InputError(f"clamp must be a number from {LEAST_CLAMP:g} on, not {factor:g}")
+
+
+def changed(renderer: Any, change: Callable[[np.ndarray], np.ndarray], how: str) -> Changed:
+    """What a function makes of a renderer's picture, with the error of that.
+
+    Raises:
+        InputError: the samples have no independent halves.
     """
     halves = renderer.film.half_images()
     if halves is None:
         raise InputError(
-            f"denoise: {renderer.sampler.name} has no two halves of samples that tell what the denoiser adds: take the "
+            f"{how}: {renderer.sampler.name} has no two halves of samples that tell what this adds: take the "
             f"sampler {SAMPLER}, and two samples or more"
         )
-    guides = guides_of(renderer)
     own = renderer.film.own_pixels
     mean = float(own(renderer.image()).mean(dtype=np.float64))
     a, b = (own(half).astype(np.float64) for half in halves)
-    of_a, of_b = (own(without_noise(half, *guides)).astype(np.float64) for half in halves)
+    of_a, of_b = (own(change(half)).astype(np.float64) for half in halves)
     variance = np.square(a - b) / 2
     squares = (np.square(of_a - b) + np.square(of_b - a)) / 2 - variance
     e2 = float(squares.mean())
@@ -74,8 +105,22 @@ def denoised(renderer: Any) -> Denoised:
     def told(square: float) -> float:
         return math.sqrt(max(square, 0.0)) / mean if mean > 0 else math.nan
 
-    image = Picture(without_noise(np.asarray(renderer.image()), *guides), renderer.srgb)
-    return Denoised(image, told(e2), told(e2 + doubt), told(min(bias2, e2)), told(float(variance.mean()) / 2))
+    image = Picture(change(np.asarray(renderer.image())), renderer.srgb)
+    return Changed(image, how, told(e2), told(e2 + doubt), told(min(bias2, e2)), told(float(variance.mean()) / 2))
+
+
+def without_fireflies(image: np.ndarray, factor: float) -> np.ndarray:
+    """(h, w, 3) float32: pixels are scaled down to ``factor`` times the brightest of their eight neighbours.
+
+    How bright a pixel is, its largest channel says. A picture of one pixel stays as it is.
+    """
+    brightness = np.pad(image.max(axis=2), 1, constant_values=-math.inf)
+    height, width = image.shape[:2]
+    places = [(row, column) for row in range(3) for column in range(3) if (row, column) != (1, 1)]
+    limit = factor * np.max([brightness[r : r + height, c : c + width] for r, c in places], axis=0)
+    own = brightness[1:-1, 1:-1]
+    share = np.where((own > limit) & np.isfinite(limit), limit / np.where(own > 0, own, 1), 1)
+    return np.ascontiguousarray(image * share[..., None], np.float32)
 
 
 def guides_of(renderer: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from taichi_tracer.files.picture import Picture
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import Aov, as_channels, channel_names, find_aovs
-from taichi_tracer.picture.denoised import Denoised, denoised
+from taichi_tracer.picture.denoised import Changed, clamped, denoised
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
@@ -118,14 +118,26 @@ class RenderedPicture:
         """
         return self.film.standard_error()
 
-    def denoised(self) -> Denoised:
+    def denoised(self) -> Changed:
         """What Open Image Denoise (the extra ``denoise``) makes of the picture of light, and the error of that.
 
         The sampler must have two independent halves of samples: "niederreiter_two" or "sobol".
         """
-        if not (self.srgb and self.is_random):
-            raise InputError(f"denoise: {self.active.name} is no picture of light with noise")
+        self._check_noise("denoised")
         return denoised(self)
+
+    def clamped(self, factor: float) -> Changed:
+        """The picture of light without fireflies, and the error of that; the sampler as for ``denoised``.
+
+        Args:
+            factor: a pixel that is brighter than so many times the brightest of its eight neighbours is cut to that.
+        """
+        self._check_noise("clamped")
+        return clamped(self, factor)
+
+    def _check_noise(self, how: str) -> None:
+        if not (self.srgb and self.is_random):
+            raise InputError(f"{how}: {self.active.name} is no picture of light with noise")
 
     def image(self) -> Picture:
         """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.

@@ -23,6 +23,7 @@ GOOD = {
     "tone": {"name": "filmic"},
     "fov": {"value": 45},
     "white": {"value": 4.0},
+    "point": {"column": 3, "row": 4},
     "explain": {"column": 3, "row": 4, "sample": 0},
     "split": {"mode": "sides"},
     "side": {"number": 1},

@@ -168,6 +168,88 @@ def test_buttons_switch_and_tell_which_is_pressed(page):
     at_rest(page)
 
 
+def press(page, key):
+    """Press and release a key of a letter, while the picture has the focus."""
+    page.evaluate(f"{CANVAS}.focus()")
+    page.ask("Input.dispatchKeyEvent", type="keyDown", code=f"Key{key.upper()}", key=key, text=key)
+    page.ask("Input.dispatchKeyEvent", type="keyUp", code=f"Key{key.upper()}", key=key)
+
+
+@pytest.mark.long
+def test_the_pointer_tells_the_numbers_and_the_place_of_its_pixel(page):
+    at_rest(page)
+    width = page.evaluate(f"{CANVAS}.getBoundingClientRect().width")
+    mouse(page, "mouseMoved", width / 2, width / 3)
+    told = "document.querySelector('.tt-pointed').textContent"
+    until(lambda: "away: " in page.evaluate(told))
+    assert page.evaluate(told).startswith("Column 48, row 32: ")
+    mouse(page, "mouseMoved", -5, -5)
+    until(lambda: page.evaluate(told) == "")
+
+
+@pytest.mark.long
+def test_the_picture_is_zoomed_and_its_section_is_shifted(page):
+    pixels, place = at_rest(page), f"JSON.stringify({CANVAS}.getBoundingClientRect())"
+    fitted = page.evaluate(place)
+    for factor in (1, 2, 4, 8, 16):
+        press(page, "z")
+        assert page.evaluate(f"{CANVAS}.getBoundingClientRect().width") == 96 * factor
+    scrolled = "document.querySelector('.tt-section').scrollLeft"
+    before = page.evaluate(scrolled)
+    assert before > 0  # the middle stays where it is
+    mouse(page, "mousePressed", 700, 300, button="left", buttons=1, clickCount=1)
+    mouse(page, "mouseMoved", 650, 300, button="left", buttons=1)
+    mouse(page, "mouseReleased", 650, 300, button="left", clickCount=1)
+    until(lambda: page.evaluate(scrolled) == before + 50)
+    assert at_rest(page) == pixels  # the camera has not moved
+    press(page, "z")
+    assert page.evaluate(place) == fitted
+
+
+@pytest.mark.long
+def test_keys_save_copy_and_hide(page):
+    at_rest(page)
+    page.evaluate("window.kept = []; HTMLAnchorElement.prototype.click = function () { kept.push(this.download); }")
+    press(page, "p")
+    until(lambda: page.evaluate("kept.join()") == "picture.png")
+    press(page, "c")
+    until(lambda: page.evaluate("document.querySelector('.tt-told').textContent").startswith("Close--eye "))
+    click(page, "Close")
+    until(lambda: page.evaluate("document.querySelector('.tt-told').textContent") == "")
+    for key, part in (("h", ".tt-help"), ("m", ".tt-left"), ("m", ".tt-right")):
+        assert page.evaluate(f"document.querySelector('{part}').offsetParent !== null")
+        press(page, key)
+        assert page.evaluate(f"document.querySelector('{part}').offsetParent === null")
+        press(page, key)
+
+
+@pytest.mark.long
+def test_the_histogram_counts_what_is_shown(page):
+    pixels = np.array(at_rest(page).split(","), int).reshape(-1, 4)[:, :3]
+    page.evaluate("document.querySelector('details').open = true")
+    told = "document.querySelector('details p')?.textContent ?? ''"
+    until(lambda: "Black" in page.evaluate(told))
+    black, white = (100 * share.mean() for share in (pixels.sum(1) == 0, pixels.max(1) == 255))
+    assert f"Black: {black:.3g} %" in page.evaluate(told)
+    assert f"255: {white:.3g} %" in page.evaluate(told)
+    page.evaluate("document.querySelector('details').open = false")
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everything_can_be_touched_on_a_phone(page, address, scheme):
+    """Whatever is pressed is at least 44 points high and wide, and the picture comes first."""
+    page.open(address, 390, 800, scheme)
+    until(lambda: page.evaluate(f"{CANVAS} && {CANVAS}.dataset.frame"))
+    small = page.evaluate(
+        "[...document.querySelectorAll('button, select, summary, input, a')].filter(e => e.offsetParent).map(e => "
+        "[e.textContent.slice(0, 20) || e.type, e.getBoundingClientRect().width, e.getBoundingClientRect().height])"
+        ".filter(([name, w, h]) => (w < 44 || h < 44) && name !== 'Skip to the picture')"
+    )
+    assert small == []
+    assert page.evaluate(f"{CANVAS}.getBoundingClientRect().top") < 100
+
+
 @pytest.mark.exhaustive
 def test_a_pixel_is_explained(page):
     at_rest(page)
@@ -221,7 +303,7 @@ def test_pictures_are_saved_and_the_same_again_is_told(page):
     told = "document.querySelector('.tt-told').textContent"
     until(lambda: "tt.load_scene_data('cube'" in page.evaluate(told))
     assert "taichi-tracer render cube" in page.evaluate(told)
-    assert page.evaluate("[...document.querySelectorAll('.tt-told button')].length") == 2
+    assert page.evaluate("[...document.querySelectorAll('.tt-told button')].length") == 3
 
 
 @pytest.mark.exhaustive

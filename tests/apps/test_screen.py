@@ -54,9 +54,15 @@ def test_panels_are_left_out_where_there_is_no_room():
     assert margins(2000, has_panels=False) == (0, 0)
 
 
-def test_the_first_window_holds_everything_and_is_no_larger_than_the_screen():
+def test_the_first_window_is_filled_by_the_picture_and_is_no_larger_than_the_screen():
     assert first_size((512, 512), 10, None) == (512 + 2 * PANEL_WIDTH, 512)
-    assert first_size((512, 512), 30, (1920, 1080)) == (512 + 2 * PANEL_WIDTH, 30 * PANEL_LINE)
+    high = 30 * PANEL_LINE
+    assert first_size((512, 512), 30, (1920, 1080)) == (high + 2 * PANEL_WIDTH, high)
+    for picture in ((512, 512), (400, 300), (300, 400), (100, 50)):
+        layout = Layout.of(first_size(picture, 30, (2560, 1440)), picture)
+        assert (layout.x, layout.y) == (PANEL_WIDTH, 0)
+        assert layout.shown_width == layout.width - 2 * PANEL_WIDTH
+        assert layout.shown_height == layout.height
     assert first_size((100, 50), 1, (1920, 1080)) == (300 + 2 * PANEL_WIDTH, 150)
     width, height = first_size((1600, 900), 30, (1366, 768))
     assert width == int(SHARE_OF_SCREEN[0] * 1366)
@@ -73,7 +79,7 @@ def test_points_of_the_window_and_ways_of_the_mouse():
 
 @pytest.mark.long
 def test_small_pictures_are_enlarged_whole_pixels_between_the_panels(renderer):
-    screen = Screen(first_size((100, 50), 10, None), (100, 50))
+    screen = Screen(first_size((100, 50), 1, None), (100, 50))
     screen.update(renderer.use("triangle_id").render())
     pixels, layout = shown(screen), screen.layout
     assert (layout.shown_width, layout.shown_height) == (300, 150)

@@ -26,7 +26,7 @@ class Watched:
         self.events.append(checked(event))
 
     def wait_for_frame(self, since, patience):
-        return Frame(3, "png", b"picture", '{"a": 1}', '{"b": 2}', 7) if since < 3 else None
+        return Frame(3, "png", b"picture", '{"a": 1}', '{"b": 2}', 7, 2) if since < 3 else None
 
     def call(self, function, patience=1.0):
         return function()
@@ -93,13 +93,14 @@ def test_the_page_needs_no_token_and_holds_none(server):
 
 def test_frames_have_their_state_before_the_file(server, monkeypatch):
     monkeypatch.setattr(module, "PATIENCE", 0.05)
-    status, headers, body = ask(server, path="/frame?since=2")
+    status, headers, body = ask(server, path="/frame?since=1")
     length, more = struct.unpack("<II", body[:8])
     assert (status, headers["X-Frame"], headers["X-Kind"], headers["X-Details"]) == (200, "3", "png", "7")
     assert json.loads(body[8 : 8 + length]) == {"a": 1}
     assert json.loads(body[8 + length : 8 + length + more]) == {"b": 2}
     assert body[8 + length + more :] == b"picture"
-    assert ask(server, path="/frame?since=2&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}picture'
+    assert ask(server, path="/frame?since=2&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}'
+    assert ask(server, path="/frame?since=1&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}picture'
     assert ask(server, path="/frame?since=3")[0] == 204
     assert ask(server, path="/picture.png")[2] == b"file"
 

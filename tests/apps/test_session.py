@@ -157,6 +157,45 @@ def test_what_makes_the_picture_again_is_told(session):
     assert "renderer = tt.A1Renderer(scene, 32, 24" in session.explanation
 
 
+def test_what_is_told_goes_when_what_it_tells_of_goes(session):
+    for last in ({"type": "close"}, {"type": "exposure", "value": 1}, {"type": "drag", "dx": 0.1, "dy": 0.0}):
+        session.post({"type": "same"})
+        settle(session)
+        assert "render cube" in session.explanation
+        session.post(last)
+        settle(session)
+        assert session.explanation == ""
+
+
+def test_the_camera_is_told_as_options(session):
+    session.post({"type": "camera"})
+    details = json.loads(settle(session).details)
+    assert details["explanation"].startswith("<pre>--eye ")
+
+
+def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
+    before = settle(session)
+    session.post({"type": "point", "column": 16, "row": 12})
+    frame = settle(session)
+    told = json.loads(frame.state)["pointed"]
+    assert (told["column"], told["row"]) == (16, 12)
+    assert "away: " in told["place"]
+    assert frame.number > before.number
+    assert frame.data_after(before.number) == b""
+    assert frame.data_after(0) == frame.data == before.data
+    session.post({"type": "leave"})
+    assert json.loads(settle(session).state)["pointed"] is None
+    session.post({"type": "drag", "dx": 0.1, "dy": 0.0})
+    moved = settle(session)
+    assert moved.data_after(frame.number) == moved.data != b""
+
+
+def test_each_choice_is_answered_even_if_it_changes_nothing(session):
+    before = settle(session)
+    session.post({"type": "use", "what": "view", "name": "normal"})
+    assert settle(session).details_number > before.details_number
+
+
 def test_nothing_is_rendered_while_nobody_watches(session):
     number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)

@@ -1,5 +1,6 @@
 """The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
 
+import os
 import shlex
 import time
 from types import SimpleNamespace
@@ -421,6 +422,39 @@ def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkey
         assert (np.asarray(Image.open(path)) == expected).all()
 
 
+@pytest.mark.parametrize("ends", [(0.6, 0.5), (0.95, 0.5), (0.01, 0.5)], ids=["in the picture", "right", "left"])
+def test_a_drag_and_a_key_within_one_slow_frame_count(small_renderer, tmp_path, ends):
+    """Pressed and released between two frames; from the last frame's place on, as far as both are in the picture."""
+    view = viewer.Viewer(small_renderer, tmp_path)
+    events = [SimpleNamespace(key=key) for key in (viewer.ti.ui.LMB, "d")]
+    view.window = SimpleNamespace(
+        get_events=lambda _kind: events, get_cursor_pos=lambda: ends, is_pressed=lambda _key: False
+    )
+    view.cursor, view.drags_picture = (0.5, 0.5), False
+    first = np.array(view.renderer.camera.eye)
+    is_in_picture = view.screen.layout.holds(ends)
+    try:
+        view.read_events()
+        view.move_camera(0.1)
+        assert view.moves
+        moved = np.array(view.renderer.camera.eye) - first
+        assert (moved[2] != 0) == is_in_picture  # an orbit leaves the plane of the key d, which moves along x
+        assert moved[0] != 0
+        view.window.get_events = lambda _kind: []
+        view.read_events()
+        view.move_camera(0.1)
+        assert not view.moves
+    finally:
+        view.reset()
+
+
+def test_the_working_directory_is_another_one_for_a_moment(tmp_path):
+    before = os.getcwd()
+    with viewer.within(str(tmp_path)):
+        assert os.path.samefile(os.getcwd(), tmp_path)
+    assert os.getcwd() == before
+
+
 # ── the real window ──
 
 SIZE = 384
@@ -456,6 +490,12 @@ def desktop(tmp_path_factory):
     options = ["--size", str(SIZE), "--intersector", QUICK["intersector"], "--triangle-test", QUICK["triangle_test"]]
     words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
     with opened(words, tmp_path_factory.mktemp("desktop"), Viewer) as shown:
+        size = 2 * PANEL_WIDTH + SIZE, shown.height  # the picture has its own pixels
+        shown.xdotool("windowsize", shown.id, *map(str, size))
+        poll(lambda: shown.measure() or (shown.width, shown.height) == size, "the new size")
+        shown.xdotool(
+            "key", "h", "key", "h"
+        )  # the window needs an event to know its size where nothing manages windows
         yield shown
 
 
@@ -604,6 +644,7 @@ def test_escape_closes_the_window_with_exit_code_0(desktop):
     desktop.xdotool("key", "Escape")
     assert desktop.process.wait(timeout=TIME_OUT) == 0
     assert "Traceback" not in desktop.log.read_text()
+    assert sorted(path.name for path in desktop.log.parent.iterdir() if path.suffix == ".ini") == []
 
 
 def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):

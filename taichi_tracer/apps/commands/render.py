@@ -10,7 +10,7 @@ from taichi_tracer.apps.options import (
     add_scene_options,
     add_when_to_stop,
 )
-from taichi_tracer.apps.words import PICTURE_FOLDER, names
+from taichi_tracer.apps.words import PICTURE_FOLDER, names, number
 
 HELP = "write pictures of a scene"
 run = here_or_on_cluster("render")
@@ -49,6 +49,13 @@ def add_arguments(parser: Parser) -> None:
         action="store_true",
         help="write what Open Image Denoise (the extra 'denoise') makes of the picture, and tell what error this has; "
         "the sampler is then niederreiter_two",
+    )
+    parser.add_argument(
+        "--clamp",
+        type=number,
+        metavar="FACTOR",
+        help="cut fireflies: no pixel of the file is brighter than FACTOR times the brightest of its eight neighbours; "
+        "the bias that this adds is told, and the sampler is then niederreiter_two",
     )
     parser.add_argument(
         "--profile",

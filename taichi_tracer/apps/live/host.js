@@ -54,7 +54,7 @@ function makeModel() {
   }
 
   const model = {
-    on(_name, listener) { listeners.push(listener); },
+    on(name, listener) { if (name === "msg:custom") listeners.push(listener); },
     off(_name, listener) { listeners.splice(listeners.indexOf(listener), 1); },
     send(event) {
       if (event.type === "ack") return;

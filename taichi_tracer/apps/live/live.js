@@ -6,10 +6,16 @@ const KEYS = { KeyW: "w", KeyA: "a", KeyS: "s", KeyD: "d", KeyQ: "q", KeyE: "e",
   ArrowLeft: "Left", ArrowRight: "Right", ArrowUp: "Up", ArrowDown: "Down" };
 const COLOURS = ["#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#17a2b8", "#a0664f", "#6b7f93"];
 const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift and drag: shift. Wheel: nearer, farther. "
-  + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera.";
+  + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera. "
+  + "z: zoom into the pixels; then dragging shifts the section. p: save the picture. c: copy the camera. m: hide or show the "
+  + "controls. h: hide or show this help.";
 
 const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "ground", "environment", "control"]);
 const MOVES = 20; // milliseconds between two events of the pointer
+const POINTS = 120; // milliseconds for which the pointer rests before its pixel is asked for
+const ZOOMS = [0, 1, 2, 4, 8, 16]; // points of the page for a pixel; 0 fits the picture into the page
+const LEVELS = 64; // of the histogram
+const ENDED = "The kernel has ended: run the cell again. This is its last picture.";
 const BUSY = "One moment: this has to be compiled first ...";
 
 function make(name, attributes = {}, ...children) {
@@ -27,7 +33,7 @@ const three = value => String(Number(Number(value).toPrecision(3)));
 
 function render({ model, el }) {
   const send = event => {
-    if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; }, 300);
+    if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; cancel.hidden = false; }, 300);
     flush();
     model.send(event);
   };
@@ -57,6 +63,13 @@ function render({ model, el }) {
   const chart = make("div", { class: "tt-chart" });
   const told = make("div", { class: "tt-told" });
   const message = make("p", { class: "tt-message", role: "alert" });
+  const cancel = button("Cancel", () => send({ type: "cancel" }), { hidden: "" });
+  const pointed = make("p", { class: "tt-pointed" });
+  const help = make("p", { class: "tt-help" }, HELP);
+  const histogram = make("details", { class: "tt-chart", ontoggle: () => showHistogram() }, make("summary", {}, "Histogram"), make("div"));
+  const zoom = make("select", { "aria-label": "zoom", onchange: () => setZoom(Number(zoom.value)) },
+    ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
+  const section = make("div", { class: "tt-section" }, canvas);
   const place = make("form", { class: "tt-place", hidden: "", onsubmit: event => {
     event.preventDefault();
     const [column, row, sample] = [...place.elements].slice(0, 3).map(input => Number(input.value));
@@ -70,7 +83,7 @@ function render({ model, el }) {
     place.hidden = !isAsking;
   }, { "aria-pressed": "false" });
   const buttons = make("div", { class: "tt-buttons" }, explain,
-    button("Reset camera", () => send({ type: "reset" })), button("The same again", () => send({ type: "same" })),
+    button("Reset camera", () => send({ type: "reset" })), make("label", {}, "Zoom ", zoom), button("The same again", () => send({ type: "same" })),
     ...["png", "exr"].map(kind => button(`Save ${kind.toUpperCase()}`, () => send({ type: "save", kind }))));
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
@@ -80,30 +93,31 @@ function render({ model, el }) {
   } }, "Skip to the picture");
   el.replaceChildren(skip, heading,
     make("div", { class: "tt-left" }, views),
-    make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, canvas, divider), scale, status, message, compare, buttons, place,
-      make("p", { class: "tt-help" }, HELP), told, spoken),
-    make("div", { class: "tt-right" }, settings, chart));
+    make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, section, divider), scale, status, pointed, message, cancel,
+      compare, buttons, place, told, help, spoken),
+    make("div", { class: "tt-right" }, settings, chart, histogram));
   const context = canvas.getContext("2d", { alpha: false });
   let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, busy = 0, last = Promise.resolve();
   let [shownViews, shownSettings, shownCurves, shownTold, shownSplit] = ["", "", "", "", ""];
+  let pointer = null, pointTimer = 0, isCopying = false;
   let exposureBefore = null; // while the exposure that fits is awaited
 
   // ── frames ──
 
   async function onMessage(next, bytes) {
-    clearTimeout(busy);
+    if ("offered" in next || next.lost || next.file) { clearTimeout(busy); cancel.hidden = true; }
     if (next.file) { keep(next.file, bytes); return; }
     if (bytes && bytes.byteLength) {
       const decoded = await createImageBitmap(new Blob([bytes], { type: `image/${next.kind}` }));
       bitmap?.close();
       bitmap = decoded;
-      send({ type: "ack", id: next.id });
     }
+    if (next.id) send({ type: "ack", id: next.id });
     state = { ...state, ...next };
     if (!bitmap || !state.offered) { message.textContent = state.lost ?? ""; return; }
     draw();
-    if (bytes) {
-      Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples });
+    Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples });
+    if (bytes && bytes.byteLength) {
       const now = performance.now();
       frames = [...frames.filter(time => now - time < 1000), now];
     }
@@ -146,15 +160,74 @@ function render({ model, el }) {
     status.textContent = sides.join("; ") + (frames.length > 2 ? `, ${frames.length} frames/s` : "");
     const text = state.lost || state.message;
     if (message.textContent !== text) message.textContent = text;
-    showScale();
+    showScale(); showPointed(); showHistogram();
     if (!isAll) return;
     if (performance.now() - spokenAt > 10000 || !spoken.textContent.startsWith(state.view)) say(sides.join("; "));
     showViews(); showSettings(); showChart(); showSplit();
     if (shownTold === state.explanation) return;
     told.innerHTML = shownTold = state.explanation;
-    for (const text of told.querySelectorAll("pre")) {
-      text.after(button("Copy", async () => { await navigator.clipboard.writeText(text.textContent); say("It is copied."); }));
+    const copy = async text => { await navigator.clipboard.writeText(text); say("It is copied."); };
+    for (const text of told.querySelectorAll("pre")) text.after(button("Copy", () => copy(text.textContent)));
+    if (shownTold) told.prepend(button("Close", () => { send({ type: "close" }); canvas.focus(); }, { class: "tt-close" }));
+    if (isCopying) copy(told.querySelector("pre").textContent).catch(() => {}); // a browser may forbid it: the button is there
+    isCopying = false;
+  }
+
+  // ── the pixel under the pointer, and the section that is shown ──
+
+  function showPointed() {
+    const { pointed: told } = state, isHere = pointer && told?.column === pointer[0] && told.row === pointer[1];
+    const side = state.split?.mode === "sides" && pointer?.[0] >= divider.value * state.width ? 1 : 0;
+    const values = state.split?.mode === "difference" ? `left ${told?.values[0]}, right ${told?.values[1]}` : told?.values[side];
+    const text = !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${values}; sees ${told.place}` : "");
+    if (pointed.textContent !== text) pointed.textContent = text;
+  }
+
+  const pixelAt = event => {
+    const { left, top, width, height } = box(), inside = (share, size) => Math.max(0, Math.min(size - 1, Math.floor(share * size)));
+    return [inside((event.clientX - left) / width, canvas.width), inside((event.clientY - top) / height, canvas.height)];
+  };
+
+  function pointAt(event) {
+    clearTimeout(pointTimer);
+    pointer = event && pixelAt(event);
+    if (pointer) pointTimer = setTimeout(() => send({ type: "point", column: pointer[0], row: pointer[1] }), POINTS);
+    else send({ type: "leave" });
+    showPointed();
+  }
+
+  // The pixel that was under the pointer, or in the middle, stays where it is.
+  function setZoom(value) {
+    const frame = section.getBoundingClientRect(), before = box();
+    const x = pointer ? pointer[0] / canvas.width : 0.5, y = pointer ? pointer[1] / canvas.height : 0.5;
+    const [left, top] = [before.left + x * before.width - frame.left, before.top + y * before.height - frame.top];
+    zoom.value = value;
+    section.classList.toggle("tt-zoomed", value > 0);
+    canvas.style.width = value ? `${value * canvas.width}px` : "";
+    [section.scrollLeft, section.scrollTop] = [x * canvas.offsetWidth - left, y * canvas.offsetHeight - top];
+  }
+
+  // ── how often each level of red, green and blue occurs in the bytes that are shown ──
+
+  function showHistogram() {
+    if (!histogram.open || !bitmap || (state.kind === "jpeg" && histogram.dataset.of)) return;
+    if (histogram.dataset.of === `${state.id}`) return;
+    histogram.dataset.of = state.id;
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height), counts = [0, 1, 2].map(() => new Array(LEVELS).fill(0));
+    let [dark, white] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      for (let k = 0; k < 3; k++) counts[k][Math.floor(data[i + k] * LEVELS / 256)]++;
+      if (data[i] + data[i + 1] + data[i + 2] === 0) dark++;
+      if (Math.max(data[i], data[i + 1], data[i + 2]) === 255) white++;
     }
+    const [w, h] = [280, 90], most = Math.max(...counts.flat()), share = n => `${three(400 * n / data.length)} %`;
+    const lines = counts.map((of, k) => `<polyline class="tt-level${k}" fill="none" stroke-width="1.5" points="`
+      + of.map((n, i) => `${(i * w / (LEVELS - 1)).toFixed(1)},${(h - 2 - (h - 6) * Math.sqrt(n / most)).toFixed(1)}`).join(" ") + '"/>');
+    histogram.lastChild.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="histogram of red, green and blue">`
+      + `<line x1="0" x2="${w}" y1="${h - 1}" y2="${h - 1}" class="tt-grid"/>${lines.join("")}</svg>`
+      + `<p>0 to 255; heights are square roots. Black: ${share(dark)} of the pixels; a channel at 255: ${share(white)}.</p>`;
   }
 
   // ── two pictures ──
@@ -256,14 +329,16 @@ function render({ model, el }) {
     const curves = Object.entries(state.curves).filter(([, points]) => points.length > 1);
     if (!curves.length) { chart.replaceChildren(); return; }
     const all = curves.flatMap(([, points]) => points).filter(([s, e]) => s > 0 && e > 0);
-    const [w, h, left, bottom] = [280, 170, 44, 24];
+    const [w, h, left, bottom] = [280, 190, 44, 40];
     const range = values => { const [a, b] = [Math.min(...values), Math.max(...values)]; return [Math.log(a / 1.2), Math.log(b * 1.2)]; };
     const [x0, x1] = range(all.map(p => p[0])), [y0, y1] = range(all.map(p => p[1]));
     const x = s => left + (w - left - 6) * (Math.log(s) - x0) / (x1 - x0), y = e => (h - bottom) - (h - bottom - 8) * (Math.log(e) - y0) / (y1 - y0);
     const lines = curves.map(([name, points], i) => {
       const colour = COLOURS[i % COLOURS.length];
-      const path = points.filter(([s, e]) => s > 0 && e > 0).map(([s, e]) => `${x(s).toFixed(1)},${y(e).toFixed(1)}`).join(" ");
-      return `<polyline points="${path}" fill="none" stroke="${colour}" stroke-width="2"/>`
+      const places = points.filter(([s, e]) => s > 0 && e > 0).map(([s, e]) => [x(s).toFixed(1), y(e).toFixed(1), s, e]);
+      const dots = places.map(([cx, cy, s, e]) => `<circle cx="${cx}" cy="${cy}" r="2.5" fill="${colour}"/><circle cx="${cx}" cy="${cy}" r="8" `
+        + `fill="transparent"><title>${name}: ${three(100 * e)} % after ${three(s)} s</title></circle>`);
+      return `<polyline points="${places.map(([cx, cy]) => `${cx},${cy}`).join(" ")}" fill="none" stroke="${colour}" stroke-width="1.5"/>${dots.join("")}`
         + `<text x="${w - 4}" y="${14 + 14 * i}" text-anchor="end" style="fill:${colour}">${name}</text>`;
     });
     const ticks = (low, high) => { const found = []; for (let k = Math.floor(low / Math.LN10); k <= Math.ceil(high / Math.LN10); k++)
@@ -272,16 +347,22 @@ function render({ model, el }) {
       + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${Number((100 * v).toPrecision(2))} %</text>`);
     let last = -99;
     const across = ticks(x0, x1).filter(v => { if (x(v) - last < 34) return false; last = x(v); return true; })
-      .map(v => `<text x="${x(v)}" y="${h - 8}" text-anchor="middle">${Number(v.toPrecision(2))} s</text>`);
-    chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${lines.join("")}</svg>`;
+      .map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${Number(v.toPrecision(2))}</text>`);
+    const axes = `<path d="M${left} 4V${h - bottom}H${w}" fill="none" stroke="currentColor"/><text x="${(left + w) / 2}" y="${h - 6}" `
+      + `text-anchor="middle">seconds of rendering</text><text x="4" y="${h - 6}">error</text>`;
+    chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${axes}${lines.join("")}</svg>`;
   }
 
   // ── keys, pointer, wheel ──
 
   const box = () => canvas.getBoundingClientRect();
+  const PRESSED = { KeyR: () => send({ type: "reset" }), KeyP: () => send({ type: "save", kind: "png" }),
+    KeyC: () => { isCopying = true; send({ type: "camera" }); }, KeyH: () => { help.hidden = !help.hidden; },
+    KeyM: () => el.classList.toggle("tt-alone"),
+    KeyZ: () => setZoom(ZOOMS[(ZOOMS.indexOf(Number(zoom.value)) + 1) % ZOOMS.length]) };
   canvas.onkeydown = event => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.code === "KeyR") send({ type: "reset" });
+    if (event.code in PRESSED && !event.repeat) PRESSED[event.code]();
     const key = KEYS[event.code];
     if (!key) return;
     event.preventDefault();
@@ -294,9 +375,7 @@ function render({ model, el }) {
   canvas.onpointerdown = event => {
     canvas.focus();
     if (isAsking) {
-      const { left, top, width, height } = box(), inside = (share, size) => Math.max(0, Math.min(size - 1, Math.floor(share * size)));
-      [place.elements[0].value, place.elements[1].value] = [inside((event.clientX - left) / width, canvas.width),
-        inside((event.clientY - top) / height, canvas.height)];
+      [place.elements[0].value, place.elements[1].value] = pixelAt(event);
       place.requestSubmit();
       return;
     }
@@ -306,7 +385,12 @@ function render({ model, el }) {
   };
   canvas.onpointermove = event => {
     const before = pointers.get(event.pointerId);
-    if (!before) return;
+    if (!before) { pointAt(event); return; }
+    if (Number(zoom.value)) {
+      section.scrollBy(before.x - event.clientX, before.y - event.clientY);
+      pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      return;
+    }
     const { width, height } = box(), apart = pointers.size === 2 ? spread() : 0;
     const dx = (event.clientX - before.x) / width, dy = (before.y - event.clientY) / height;
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
@@ -316,8 +400,10 @@ function render({ model, el }) {
     else move({ type: "drag", dx, dy });
   };
   canvas.onpointerup = canvas.onpointercancel = event => pointers.delete(event.pointerId);
+  canvas.onpointerleave = () => pointAt(null);
   canvas.oncontextmenu = event => event.preventDefault();
   canvas.addEventListener("wheel", event => {
+    if (Number(zoom.value)) return; // it shifts the section
     event.preventDefault();
     const by = -Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 200) / 2000;
     if (by) move({ type: "zoom", by });
@@ -328,10 +414,12 @@ function render({ model, el }) {
     return last;
   };
   model.on("msg:custom", listener);
+  const ended = () => { message.textContent = ENDED; cancel.hidden = true; clearTimeout(busy); };
+  for (const name of ["comm:close", "comm_live_update"]) model.on(name, ended); // of notebooks
   send({ type: "ack", id: 0 });
   // Who watches says so now and then; a view that is closed or hidden is not rendered for long.
   const watching = setInterval(() => { if (!document.hidden && canvas.isConnected) send({ type: "ack", id: state.id ?? 0 }); }, 4000);
-  return () => { clearInterval(watching); model.off("msg:custom", listener); bitmap?.close(); send({ type: "blur" }); };
+  return () => { clearInterval(watching); model.off("msg:custom", listener); clearTimeout(pointTimer); bitmap?.close(); send({ type: "blur" }); };
 }
 
 export default { render };
