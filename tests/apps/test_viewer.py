@@ -490,6 +490,7 @@ def desktop(tmp_path_factory):
     options = ["--size", str(SIZE), "--intersector", QUICK["intersector"], "--triangle-test", QUICK["triangle_test"]]
     words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
     with opened(words, tmp_path_factory.mktemp("desktop"), Viewer) as shown:
+        poll(lambda: len(np.unique(shown.window())) > 50, "the first picture")
         size = 2 * PANEL_WIDTH + SIZE, shown.height  # the picture has its own pixels
         shown.xdotool("windowsize", shown.id, *map(str, size))
         poll(lambda: shown.measure() or (shown.width, shown.height) == size, "the new size")
