@@ -16,6 +16,7 @@ from taichi_tracer.explain.terms import (
     F_R,
     PDF_BRDF,
     PDF_LIGHTS,
+    PDF_ONE,
     RATIO,
     SURVIVAL,
     THROUGHPUT,
@@ -251,7 +252,7 @@ def terms_as_html(terms: Sequence[Term]) -> str:
     """A table with a row for each term."""
     names = [
         name
-        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED)
+        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED)
         if any(name in term.numbers | term.factors for term in terms)
     ]
     head = "".join(f"<th>{html.escape(name)}</th>" for name in ("where", "direction", "contributes", *names))

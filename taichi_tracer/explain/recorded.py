@@ -61,6 +61,8 @@ SCENE = {
 LIGHTS = {
     "sample": NotedMethod("a sample of the lights", ("xi",), ("w_i", "distance", "L_i", "pdf"), is_group=True),
     "pdf": NotedMethod("the lights' density", ("w_i",), ("pdf",)),
+    "sample_drawn": NotedMethod("a sample of one light", ("k",), ("w_i", "distance", "L_i", "pdf")),
+    "reflected_ambient": NotedMethod("ambient light", gave=("L",)),
     "arriving": NotedMethod("light that arrives", gave=("L_i",)),
 }
 SURFACE = {

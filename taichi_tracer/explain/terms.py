@@ -17,11 +17,17 @@ from taichi_tracer.explain.steps import Step, steps_within
 
 ROUNDING = 1e-5  # of the largest term: a sum of single precision is as exact as that
 OF_BRDF, OF_LIGHTS = "a direction from the BRDF", "a sample of the lights"
-SINGLE, DIRECT, ARRIVES = "lights that are sampled one by one", "light from a direction", "light that arrives"
+OF_ONE, AMBIENT, DIRECT, ARRIVES = (
+    "a sample of one light",
+    "ambient light",
+    "light from a direction",
+    "light that arrives",
+)
 MIRROR = "a mirror or glass: light comes from single directions, where only f_r cos / pdf is finite"
 APPLIED = "weight in reflected"  # what this method gave over the other factors
 SEEN, OWN = "what the eye ray sees", "the estimator's own direction"
 F_R, COS, PDF_BRDF, PDF_LIGHTS = "f_r", "cos θ", "BRDF's density per sr", "lights' density per sr"
+PDF_ONE = "light's own density"  # per solid angle; 1 if it has one direction only
 THROUGHPUT, WEIGHT, RATIO, SURVIVAL, L = "throughput", "MIS weight", "f_r cos / pdf", "1 / survival", "L"
 Share = Callable[[float, float], float | None]  # (density of a sample, density of the other one) → its MIS weight
 
@@ -90,8 +96,10 @@ class Vertex:
                 w_i = step.values["w_i"]
                 if not any(np.array_equal(w_i, other) for other in given):
                     yield self.from_estimator(step)
-            elif step.name == SINGLE:
-                yield Term(self.number, SINGLE, {}, {THROUGHPUT: self.throughput, L: step.values[L]})
+            elif step.name == OF_ONE:
+                yield self.from_one(step)
+            elif step.name == AMBIENT and np.max(step.values[L]) > 0:
+                yield Term(self.number, AMBIENT, {}, {THROUGHPUT: self.throughput, L: step.values[L]})
 
     def from_lights(self, step: Step, share: Share) -> Term:
         """The term of a sample of the lights."""
@@ -107,6 +115,19 @@ class Vertex:
             why = MIRROR if self.surface["is_delta"] else "f_r cos is 0 there"
         factors = self.factors(share(pdf, numbers.get(PDF_BRDF, 0.0)), f_cos / pdf)
         return Term(self.number, OF_LIGHTS, numbers, factors | {L: np.zeros(3) if is_blocked else light}, why)
+
+    def from_one(self, step: Step) -> Term:
+        """The term of a light that is sampled by itself, such as a point light."""
+        w_i, pdf, light = (step.values[name] for name in ("w_i", "pdf", "L_i"))
+        numbers = self.numbers(w_i)
+        is_blocked, why = self.first("shadow ray", "is_blocked", w_i), ""
+        if is_blocked is None:
+            is_blocked, why = True, "no ray is sent: the light is dark there, or behind the surface"
+        elif is_blocked:
+            why = "something blocks the light"
+        ratio = numbers.get(F_R, np.zeros(3)) * max(0.0, numbers[COS]) / pdf
+        factors = self.factors(None, ratio) | {L: np.zeros(3) if is_blocked else light}
+        return Term(self.number, OF_ONE, numbers | {PDF_ONE: pdf}, factors, why)
 
     def from_brdf(self, step: Step, share: Share) -> Term:
         """The term of a direction from the BRDF."""

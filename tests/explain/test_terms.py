@@ -15,8 +15,11 @@ from taichi_tracer.explain.terms import (
     F_R,
     OF_BRDF,
     OF_LIGHTS,
+    OF_ONE,
+    OWN,
     PDF_BRDF,
     PDF_LIGHTS,
+    PDF_ONE,
     RATIO,
     THROUGHPUT,
     WEIGHT,
@@ -30,7 +33,7 @@ SIZE = (24, 16)
 UP, ONE, ZERO = np.array([0, 1.0, 0]), np.ones(3), np.zeros(3)
 SLANTED = np.array([0.6, 0.8, 0])
 CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
-SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}}
+SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}, "rt3/all_lights": {}}
 NAMES = ("brdf", "uniform", "hemisphere", "environment", "mis", "mis_balance", "mis_one_sample", *CLASSES)
 QUICK = [("cornell_box", "path"), ("cube", "mis")]
 EVERY = [
@@ -93,12 +96,12 @@ def check_factors(term, name):
     is_delta = term.how == OF_BRDF and F_R not in numbers
     if ratio is None or is_delta or "behind" in term.why or "dark" in term.why:
         return
-    pdf = {OF_BRDF: numbers.get(PDF_BRDF), OF_LIGHTS: numbers.get(PDF_LIGHTS)}.get(term.how)
-    if term.how not in (OF_BRDF, OF_LIGHTS):
+    pdf = numbers.get({OF_BRDF: PDF_BRDF, OF_LIGHTS: PDF_LIGHTS, OF_ONE: PDF_ONE}.get(term.how))
+    if term.how == OWN:
         pdf = 1 / (4 * math.pi) if name == "uniform" else 1 / (2 * math.pi)
     if pdf > 0:
         assert np.allclose(ratio, numbers[F_R] * max(0.0, numbers[COS]) / pdf, rtol=1e-3, atol=1e-6), term
-    if name in ("mis", "path") and pdf > 0:
+    if name in ("mis", "path") and pdf > 0 and term.how != OF_ONE:
         other = numbers.get(PDF_LIGHTS if term.how == OF_BRDF else PDF_BRDF, 0.0)
         assert term.factors[WEIGHT] == pytest.approx(pdf**2 / (pdf**2 + other**2), rel=1e-3, abs=1e-6)
 
