@@ -1,8 +1,14 @@
 """The documents say what is so: their commands parse, their pictures are there, their Python runs."""
 
+import os
 import re
 import shlex
+import shutil
+import subprocess
+import sys
+import zipfile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -24,33 +30,132 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 README = DOCUMENTS[0].read_text(encoding="utf-8")
 
 
+HAND_IN = ROOT / "tests" / "course" / "handin"
+CODE = re.compile(r"^(taichi-tracer|python3?|pip|import|from|tt\.)[ .\w]", re.MULTILINE)
+FILE = re.compile(r"^`(sphere/[^`]+)`:\n\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
 def blocks(text, language):
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
-def commands():
-    """(command, the Python that stands before it in the document) of every command."""
+class Code(NamedTuple):
+    """A block of code, which a reader copies from a page."""
+
+    page: str
+    line: int
+    language: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def code_of_the_pages():
+    """Every block of Python and of the shell."""
     found = []
     for path in DOCUMENTS:
         text = path.read_text(encoding="utf-8")
-        for block in re.finditer(r"```sh\n(.*?)```", text, re.DOTALL):
-            python = blocks(text[: block.start()], "python")
-            lines = [line for line in block[1].splitlines() if line.startswith("taichi-tracer ")]
-            found += [(line, python[-1] if python else "") for line in lines]
+        for block in re.finditer(r"^```(\w*)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE):
+            if block[1] in ("python", "sh"):
+                found.append(Code(path.name, text[: block.start()].count("\n") + 1, block[1], block[2]))
     return found
+
+
+# What stands in a block of Python, or in a line of the shell → why no test runs this block, or this line.
+NOT_RUN = {
+    "python3 -m venv": "makes the environment in which the tests run, and opens a window or runs them",
+    "pip install": "installs packages from the network",
+    "python -m benchmarks": "takes up to half an hour, and writes the results of this machine",
+    "taichi-tracer view": "opens a window, or a page in a browser, until the user closes it",
+    "ti.ui.Window": "opens a window",
+    "tt.show(": "shows a picture in a notebook",
+    "10.0.0.1": "asks other machines",
+    "dask scheduler": "waits for other machines",
+    "SLURMCluster": "asks the machines of SLURM",
+    "openssl": "makes certificates of a lab: tests/cluster makes such ones, and uses them",
+    "hardcases --full": "takes an hour",
+    "hardcases --report": "takes 10 minutes: --quick is run",
+    "of.film.ranges": "quotes a file",
+    "= self.sample(scene": "quotes a file",
+    "scene.visible_radiance(surface": "quotes a file",
+    "return w_i, surface.weight": "quotes a file",
+}
+
+FINDS_FAULTS = "check my_a1", "accuracy cornell_box --check", "check handout"  # these end with 1, as the pages say
+
+
+def why_not(text):
+    """Why something is not run; None if it is."""
+    return next((reason for part, reason in NOT_RUN.items() if part in text), None)
+
+
+def runnable(code):
+    """What a test runs of a block: the lines of the shell that need nobody, or the whole Python."""
+    if code.language == "python":
+        return "" if why_not(code.text) else code.text
+    return "".join(line for line in code.text.splitlines(True) if not why_not(line))
+
+
+RUN = [code for code in code_of_the_pages() if runnable(code)]
+
+
+def files_of_the_reader(code, folder):
+    """Put the files into a folder that a page tells the reader to write, or that only the reader has."""
+    own = [other for other in code_of_the_pages() if other.page == code.page and other.line < code.line]
+    if "my_parts.py" in code.text and "-o my_parts.py" not in code.text:
+        text = [other.text for other in own if other.language == "python"][-1]
+        (folder / "my_parts.py").write_text(text, encoding="utf-8")
+    if "A1_codebase" in code.text:
+        shutil.copytree(HAND_IN, folder / "A1_codebase" / "taichi_tracer")
+    for name in re.findall(r"\d+\.zip", code.text) + ["submissions/260123456.zip"] * ("a1 submissions" in code.text):
+        (folder / name).parent.mkdir(exist_ok=True)
+        with zipfile.ZipFile(folder / name, "w") as archive:
+            for path in HAND_IN.glob("*.py"):
+                archive.write(path, path.name)
+    if " sphere " in code.text and code.page == "teaching.md":
+        page = (ROOT / "docs" / code.page).read_text(encoding="utf-8")
+        for name, text in FILE.findall(page):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
+        shutil.copytree(folder / "sphere" / "solution", folder / "submissions" / "260123456")
+    (folder / "docs" / "images").mkdir(parents=True)  # where the pages' own pictures are
+
+
+def run_alone(code, folder):
+    """Run what is runnable of a block in a process and a folder of its own; returns what it printed."""
+    files_of_the_reader(code, folder)
+    programs = folder / "programs"
+    programs.mkdir()
+    (programs / "taichi-tracer").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m taichi_tracer "$@"\n')
+    (programs / "taichi-tracer").chmod(0o755)
+    (folder / "block.py").write_text(runnable(code), encoding="utf-8")
+    words = [sys.executable, "block.py"] if code.language == "python" else ["bash", "-euc", runnable(code)]
+    own = {"PYTHONPATH": str(ROOT), "PATH": f"{programs}:{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    done = subprocess.run(words, cwd=folder, env=os.environ | own, capture_output=True, text=True, timeout=900)
+    expected = int(any(words in code.text for words in FINDS_FAULTS))
+    assert done.returncode == expected, done.stdout[-2000:] + done.stderr[-4000:]
+    return done.stdout
+
+
+def commands():
+    """(command, the block of code that has it) of every command that can be run without other machines."""
+    shell = [code for code in code_of_the_pages() if code.language == "sh"]
+    lines = [(line, code) for code in shell for line in code.text.splitlines() if line.startswith("taichi-tracer ")]
+    return [(line, code) for line, code in lines if "10.0.0.1" not in line]
 
 
 def test_there_are_commands():
     assert len(commands()) >= 6
 
 
-@pytest.mark.parametrize(("line", "python"), commands(), ids=lambda value: value if "\n" not in value else "")
-def test_commands_parse_and_name_what_exists(line, python, tmp_path):
+@pytest.mark.parametrize(("line", "code"), commands(), ids=str)
+def test_commands_parse_and_name_what_exists(line, code, tmp_path):
     """A file of parts is the Python that stands before the command; a folder has files of the course."""
-    args = make_parser().parse_args([as_value(word) for word in shlex.split(line)[1:]])
+    args = make_parser().parse_args([as_value(word) for word in shlex.split(line, comments=True)[1:]])
+    files_of_the_reader(code, tmp_path)
     files = [tmp_path / path for path in args.parts if path.endswith(".py")]
     for file in files:
-        file.write_text(python, encoding="utf-8")
         load_parts(str(file))
     try:
         if "scene" in args:
@@ -118,16 +223,13 @@ def test_the_readme_shows_every_view_and_names_every_scene():
         assert f"`{name}`" in README
 
 
-def test_the_readmes_python_runs(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(("file", "word"), [("normal.png", "tall_box"), ("box.exr", "normal_x")])
+def test_the_readmes_python_runs_and_prints_what_was_hit(file, word, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    names: dict = {}
-    for code in blocks(README, "python"):  # each goes on where the one before it ended
-        exec(compile(code, "README.md", "exec"), names)
-    out = capsys.readouterr().out
-    assert "tall_box" in out
-    assert "normal_x" in out
-    assert (tmp_path / "normal.png").exists()
-    assert (tmp_path / "box.exr").exists()
+    (text,) = [text for text in blocks(README, "python") if f'renderer.save("{file}"' in text]
+    exec(compile(text, "README.md", "exec"), {})
+    assert word in capsys.readouterr().out
+    assert (tmp_path / file).exists()
 
 
 def test_the_readme_names_every_raw_array_with_its_channels():
@@ -149,9 +251,31 @@ def test_the_radiance_that_the_page_of_paths_prints_for_the_white_room_is_the_ex
     """The Python that saves pictures is run by tests/test_pictures_of_documents.py."""
     page = (ROOT / "docs" / "paths.md").read_text(encoding="utf-8")
     (code,) = [block for block in blocks(page, "python") if "white_room" in block]
-    exec(compile(code, "paths.md", "exec"), {"tt": tt})
+    exec(compile(code, "paths.md", "exec"), {})
     rows = [[float(word.rstrip(",")) for word in line.split()[3::2]] for line in capsys.readouterr().out.splitlines()]
     assert len(rows) == 4
     for low, high, exact in rows:
         assert low == pytest.approx(exact, abs=2e-6)
         assert high == pytest.approx(exact, abs=2e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("code", RUN, ids=str)
+def test_a_block_runs_alone_as_it_is_printed(code, tmp_path):
+    """TAICHI_TRACER_LONG=all runs every block of every page."""
+    if "taichi-tracer grade a1" in code.text and shutil.which("bwrap") is None:
+        pytest.skip("there is no bubblewrap, which the page tells to install")
+    if "--denoise" in code.text:
+        pytest.importorskip("pyoidn", reason="the page tells to install the extra denoise")
+    run_alone(code, tmp_path)
+
+
+def test_every_block_is_run_or_has_a_reason():
+    """A reason that fits nothing is out of date; code without a language is none that anybody could run."""
+    everything = code_of_the_pages()
+    assert len(RUN) > 50
+    assert [part for part in NOT_RUN if not any(part in code.text for code in everything)] == []
+    for path in DOCUMENTS:
+        for language, text in re.findall(r"^```(\w*)\n(.*?)^```$", path.read_text("utf-8"), re.DOTALL | re.MULTILINE):
+            if language not in ("python", "sh"):
+                assert not CODE.search(text), f"{path.name}: code without a language, or with another one: {text}"

@@ -44,7 +44,7 @@ def test_the_document_has_all_files(place):
 
 def test_the_commands_tell_what_the_document_says(there, capfd):
     text = DOCUMENT.read_text(encoding="utf-8")
-    commands = re.search(r"### 5\. Try it.*?```\n(.*?)```", text, re.DOTALL).group(1).strip().splitlines()
+    commands = re.search(r"### 5\. Try it.*?```sh\n(.*?)```", text, re.DOTALL).group(1).strip().splitlines()
     told = []
     for command in commands:
         main(command.split()[1:])
