@@ -149,13 +149,16 @@ class Explanation:
         for step in steps_within(self.steps):
             where = max((k for k, s in enumerate(surfaces) if s.order < step.order), default=0)
             for colour, what in sampled(step):
-                arrows.append((surfaces[where].values["origin"], step.values["w_i"], colour, what))
-        last = surfaces[-1].values["origin"]  # from the others, the path goes on along the direction of the BRDF
-        shown = [arrow for arrow in arrows if arrow[3] != BRDF or arrow[0] is last]
+                arrows.append((where, step.values["w_i"], colour, what))
+        shown = [
+            (surfaces[where].values["origin"], w_i, colour, f"{what} {where + 1}")
+            for where, w_i, colour, what in arrows
+            if what != BRDF or where == len(surfaces) - 1  # elsewhere, the path goes on along this direction
+        ]
         found = [drawing.path_drawing(points, self.triangles, shown)]
         if self.lobe is not None:
             first = surfaces[0].values
-            own = [(d, colour, what) for o, d, colour, what in arrows if o is surfaces[0].values["origin"]]
+            own = [(w_i, colour, what) for where, w_i, colour, what in arrows if where == 0]
             found.append(drawing.lobe_drawing(self.lobe, first["w_o"], first["normal"], own))
         return found
 
