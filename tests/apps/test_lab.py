@@ -98,6 +98,17 @@ def test_buttons_and_other_cells_change_what_is_shown(page):
     until(lambda: page.evaluate(status).startswith("distance:"))
 
 
+def test_a_kernel_that_has_ended_is_told(page):
+    message = "document.querySelector('.tt-live .tt-message').textContent"
+    before = at_rest(page)
+    page.evaluate(f"void {KERNEL}.restart()")
+    until(lambda: "The kernel has ended" in page.evaluate(message))
+    assert np.array_equal(before, np.array(page.evaluate(PIXELS).split(","), int).reshape(64, 96, 4)[..., :3])
+    lab.run_all(page)
+    until(lambda: page.evaluate(f"Boolean({CANVAS} && {CANVAS}.dataset.frame)") and page.evaluate(message) == "")
+    assert np.array_equal(at_rest(page)[0, 0], before[0, 0])
+
+
 def test_a_view_that_is_closed_is_rendered_no_more(page):
     page.evaluate("jupyterapp.commands.execute('notebook:clear-all-cell-outputs')")
     until(lambda: not page.evaluate(f"Boolean({CANVAS})"))

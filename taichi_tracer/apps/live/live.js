@@ -342,7 +342,7 @@ function render({ model, el }) {
         + `<text x="${w - 4}" y="${14 + 14 * i}" text-anchor="end" style="fill:${colour}">${name}</text>`;
     });
     const ticks = (low, high) => { const found = []; for (let k = Math.floor(low / Math.LN10); k <= Math.ceil(high / Math.LN10); k++)
-      for (const step of [1, 2, 5]) { const v = step * 10 ** k; if (Math.log(v) >= low && Math.log(v) <= high) found.push(v); } return found; };
+      for (const step of high - low > 2 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8]) { const v = step * 10 ** k; if (Math.log(v) >= low && Math.log(v) <= high) found.push(v); } return found; };
     const down = ticks(y0, y1).map(v => `<line x1="${left}" x2="${w}" y1="${y(v)}" y2="${y(v)}" class="tt-grid"/>`
       + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${Number((100 * v).toPrecision(2))} %</text>`);
     let last = -99;
