@@ -51,7 +51,7 @@ summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 # fractions of the width. A telephone shows the narrow ones 360 pixels wide, so that a point has more than a pixel.
 SHAPES = {
     "broad": (12, 6.6, 0.42, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
-    "narrow": (4.8, 7, 0.56, {"curves": (0.15, 0.54), "knobs": (0.35, 0.64), "wait": (0.26, 0.58)}),
+    "narrow": (4.8, 7, 0.56, {"curves": (0.19, 0.54), "knobs": (0.35, 0.64), "wait": (0.26, 0.58)}),
 }
 NARROW_LABEL = 16  # letters beside an axis in a narrow chart, before the next line begins
 

@@ -20,7 +20,9 @@ TOTAL = "total"
 BUDGET, LEAST_BUDGET = 0.1, 0.5  # for taking samples apart: a fraction of the samples' time, and seconds at least
 STYLE = """
 td.bar { text-align: left; --longest: 260px; } td.bar i { display: inline-block; height: 0.8em; background: #4a7fb5; }
-tr.total td { font-weight: 600; } @media screen and (max-width: 700px) { td.bar { --longest: 70px; } }
+td:nth-child(3) { white-space: nowrap; }
+tr.total td { font-weight: 600; }
+@media screen and (max-width: 700px) { td.bar { --longest: 70px; } }
 """
 SWITCHED = (
     "The samples' parts run in one kernel, where no clock can see them apart. They were measured after the picture, on "

@@ -34,7 +34,7 @@ REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003  # no round comes so far
 # Shares of the budget: until when variants begin to compile, and those that are only another estimator; and until when
 # they are waited for. A variant of cornell_box compiles for 1 to 5 s. References, pictures and closing take a quarter.
 COMPILE_SHARE, ESTIMATORS_SHARE, WAIT_SHARE = 0.2, 0.28, 0.34
-LEADER_SHARE = 0.35  # of the budget: how long the leader is rendered at least, a little more than 20 s of 60 s
+LEADER_SHARE = 0.37  # of the budget: how long the leader is rendered at least; a little more than 20 s of 60 s
 COMPARING = 1.12  # times the seconds of rendering: with what is done to compare the pictures
 # What the first reference takes at most, every other one (few variants need it), and all pictures at equal time.
 REFERENCE_SHARE, FURTHER_SHARE, PICTURES_SHARE = 0.08, 0.02, 0.05

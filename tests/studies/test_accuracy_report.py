@@ -60,7 +60,7 @@ def test_labels_on_a_narrow_screen_are_short(study):
 def test_a_telephone_shows_every_letter_of_a_chart_and_none_is_small(name):
     """On 390 pixels, of which the page leaves 15 free on each side."""
     pairs = enumerate(variants.plan())
-    every = made_study(*(curve(v, 0.02 * 1.4**k, 0.01 + 0.001 * k) for k, v in pairs), side=16, start_seconds=1.2)
+    every = made_study(*(curve(v, 0.02 * 1.55**k, 0.01 + 0.001 * k) for k, v in pairs), side=16, start_seconds=1.2)
     figure, _ = accuracy_report.figure_of(every, name, "narrow")
     pixels = (390 - 2 * 15) / (72 * figure.get_figwidth())
     draw = FigureCanvasAgg(figure).get_renderer()
