@@ -20,7 +20,7 @@ _os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 if _os.name == "posix":
     _os.environ.setdefault("HOME", _os.path.expanduser("~"))
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # Public name → the module that defines it. ``__init__.pyi`` says the same to editors and type checkers.
 _HOME_OF = {

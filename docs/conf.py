@@ -1,0 +1,29 @@
+"""The site that Sphinx makes of this folder: sphinx-build -W docs build/site."""
+
+import sys
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
+
+import taichi_tracer  # noqa: E402
+
+project, author, language = "taichi_tracer", "the authors of taichi_tracer", "en"
+version = release = taichi_tracer.__version__
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "site_reference",
+]
+exclude_patterns = ["images", "**/.ipynb_checkpoints"]
+myst_enable_extensions = ["dollarmath", "attrs_inline"]
+myst_heading_anchors = 4
+nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "force", 300, True
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the docstrings say shapes and units
+html_theme, html_title = "furo", "taichi_tracer"
+html_theme_options = {"navigation_with_keys": True}
+html_show_sphinx = False
+html_copy_source = False
+pygments_style, pygments_dark_style = "friendly", "native"

@@ -1,0 +1,68 @@
+"""The site has every page and every public name, is built without a warning, and asks no other host for anything."""
+
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import taichi_tracer as tt
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def test_every_page_is_in_the_contents():
+    named = re.findall(r"^[\w/]+$", (DOCS / "index.md").read_text(encoding="utf-8"), re.MULTILINE)
+    pages = {
+        path.relative_to(DOCS).with_suffix("").as_posix()
+        for path in DOCS.rglob("*")
+        if path.suffix in (".md", ".ipynb")
+    }
+    assert sorted(named) == sorted(pages - {"index"})
+
+
+def test_every_public_name_is_in_the_reference():
+    text = (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\.\. auto\w+:: (\w+)$", text, re.MULTILINE)
+    assert sorted(named) == sorted(set(tt.__all__) - {"__version__"})
+
+
+class Page(HTMLParser):
+    """What a page loads, and the pictures that say nothing to who cannot see them."""
+
+    def __init__(self):
+        super().__init__()
+        self.loads, self.silent = [], []
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        if tag in ("script", "img", "iframe", "source") and "src" in given:
+            self.loads.append(given["src"])
+        if tag == "link" and given.get("rel") not in ("prev", "next", "index", "search", "canonical"):
+            self.loads.append(given.get("href", ""))
+        if tag == "img" and re.fullmatch(r"\s*|.*\.(png|svg)", given.get("alt", "")):
+            self.silent.append(given.get("src"))
+
+
+@pytest.mark.long
+def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
+    pytest.importorskip("furo")
+    pytest.importorskip("myst_nb")
+    pytest.importorskip("sphinx_copybutton")
+    site = tmp_path / "site"
+    words = [sys.executable, "-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-b", "html"]
+    done = subprocess.run([*words, "-d", tmp_path / "trees", DOCS, site], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-3000:]
+    pages = [path for path in site.rglob("*.html") if path.name not in ("search.html", "genindex.html")]
+    assert len(pages) > 20
+    for path in pages:
+        page = Page()
+        page.feed(path.read_text(encoding="utf-8"))
+        assert [url for url in page.loads if re.match(r"(https?:)?//", url)] == [], path
+        assert page.silent == [], path
+    text = (site / "reference" / "command_line.html").read_text(encoding="utf-8")
+    assert "--lamp-choice" in text
+    assert "throughput" in (site / "searchindex.js").read_text(encoding="utf-8")
