@@ -27,7 +27,10 @@ from taichi_tracer.system.seams import gives_of, parameters
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
-README = DOCUMENTS[0].read_text(encoding="utf-8")
+README, TOUR, PROGRAMS = (
+    path.read_text(encoding="utf-8")
+    for path in (DOCUMENTS[0], ROOT / "docs" / "tour.md", ROOT / "docs" / "programs.md")
+)
 
 
 HAND_IN = ROOT / "tests" / "course" / "handin"
@@ -213,28 +216,28 @@ def test_the_table_has_every_kind_of_part():
     assert kinds == set(HOMES) - {"renderer", "environment"}  # of which nobody writes a method that is called
 
 
-def test_the_readme_shows_every_view_and_names_every_scene():
+def test_the_readme_shows_every_view_and_the_tour_names_every_scene():
     for name in A1Renderer.names():
         picture = np.asarray(Image.open(ROOT / "docs" / "images" / f"cornell_box_{name}.png").convert("RGB"))
         assert f"docs/images/cornell_box_{name}.png" in README
         assert picture.shape == (256, 256, 3)
         assert picture.max() > 100
     for name in scene_names():
-        assert f"`{name}`" in README
+        assert f"`{name}`" in TOUR
 
 
 @pytest.mark.parametrize(("file", "word"), [("normal.png", "tall_box"), ("box.exr", "normal_x")])
-def test_the_readmes_python_runs_and_prints_what_was_hit(file, word, tmp_path, monkeypatch, capsys):
+def test_the_first_programs_run_and_prints_what_was_hit(file, word, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (text,) = [text for text in blocks(README, "python") if f'renderer.save("{file}"' in text]
-    exec(compile(text, "README.md", "exec"), {})
+    (text,) = [text for text in blocks(PROGRAMS, "python") if f'renderer.save("{file}"' in text]
+    exec(compile(text, "programs.md", "exec"), {})
     assert word in capsys.readouterr().out
     assert (tmp_path / file).exists()
 
 
-def test_the_readme_names_every_raw_array_with_its_channels():
+def test_the_programs_name_every_raw_array_with_its_channels():
     for aov in AOVS.values():
-        (row,) = [line for line in README.splitlines() if line.startswith(f"| `{aov.name}` |")]
+        (row,) = [line for line in PROGRAMS.splitlines() if line.startswith(f"| `{aov.name}` |")]
         assert row.endswith(f"| {', '.join(f'`{name}`' for name in aov.channels)} |")
 
 
