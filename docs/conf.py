@@ -14,9 +14,10 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
+    "site_pictures",
     "site_reference",
 ]
-exclude_patterns = ["images", "**/.ipynb_checkpoints"]
+exclude_patterns = ["images", "_made", "**/.ipynb_checkpoints"]
 myst_enable_extensions = ["dollarmath", "attrs_inline"]
 myst_heading_anchors = 4
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "force", 300, True
@@ -24,6 +25,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units
 html_theme, html_title = "furo", "taichi_tracer"
 html_theme_options = {"navigation_with_keys": True}
+html_static_path, html_css_files = ["_static"], ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
 pygments_style, pygments_dark_style = "friendly", "native"

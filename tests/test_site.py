@@ -30,6 +30,15 @@ def test_every_public_name_is_in_the_reference():
     assert sorted(named) == sorted(set(tt.__all__) - {"__version__"})
 
 
+def test_the_gallery_has_pictures_of_all_assignments():
+    commands = re.findall(
+        r"^```\{picture\} taichi-tracer (.+)$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert len(commands) == len(set(commands)) >= 24
+    for part in ("--view normal", "--estimator mis", "veach_plates", "--estimator path", "rt3/"):
+        assert any(part in command for command in commands), part
+
+
 class Page(HTMLParser):
     """What a page loads, and the pictures that say nothing to who cannot see them."""
 
@@ -58,6 +67,7 @@ def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path
     assert done.returncode == 0, done.stderr[-3000:]
     pages = [path for path in site.rglob("*.html") if path.name not in ("search.html", "genindex.html")]
     assert len(pages) > 20
+    assert len(list((site / "_images").glob("*.png"))) > 50
     for path in pages:
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
