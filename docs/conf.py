@@ -14,11 +14,13 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
+    "site_formulas",
     "site_pictures",
     "site_reference",
 ]
 exclude_patterns = ["images", "_made", "**/.ipynb_checkpoints"]
-myst_enable_extensions = ["dollarmath", "attrs_inline"]
+myst_fence_as_directive = ["math"]
+html_math_renderer = "mathml"
 myst_heading_anchors = 4
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "force", 300, True
 autodoc_member_order = "bysource"
