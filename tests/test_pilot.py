@@ -146,6 +146,7 @@ def test_paths_keep_their_bounces():
     np.testing.assert_array_equal(renderer.image(), alone.render(6).image())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("words", "kind"), [([], "A3Renderer"), (["--max-bounces", "2"], "A4Renderer")])
 def test_the_command_line_takes_auto_and_tells_the_numbers(tmp_path, capsys, words, kind):
     picture = tmp_path / "a.png"

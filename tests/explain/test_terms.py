@@ -35,9 +35,9 @@ SLANTED = np.array([0.6, 0.8, 0])
 CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
 SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}, "rt3/all_lights": {}}
 NAMES = ("brdf", "uniform", "hemisphere", "environment", "mis", "mis_balance", "mis_one_sample", *CLASSES)
-QUICK = [("cornell_box", "path"), ("cube", "mis")]
+MARKS = {("cube", "mis"): (), ("cornell_box", "path"): pytest.mark.long}
 EVERY = [
-    pytest.param(scene, name, marks=() if (scene, name) in QUICK else pytest.mark.exhaustive)
+    pytest.param(scene, name, marks=MARKS.get((scene, name), pytest.mark.exhaustive))
     for scene in SCENES
     for name in NAMES
 ]

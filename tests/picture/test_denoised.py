@@ -103,6 +103,7 @@ def test_a_pixel_is_cut_to_its_brightest_neighbour_with_its_colour():
     np.testing.assert_array_equal(without_fireflies(two, 2.0), two)
 
 
+@pytest.mark.long
 def test_what_a_clamp_takes_away_is_told_as_bias():
     """BRDF samples seldom meet the lamp of the Cornell box: the error that is told is near to the true one."""
     scene = tt.load_scene_data("cornell_box")
