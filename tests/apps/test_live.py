@@ -258,7 +258,10 @@ def test_a_pixel_is_explained(page):
         mouse(page, kind, 48, 32, button="left", buttons=1, clickCount=1)
     told = "document.querySelector('.tt-told').textContent"
     until(lambda: "generate_ndc_coords" in page.evaluate(told))
-    assert page.evaluate("document.querySelectorAll('.tt-told svg').length") in (0, 2)
+    assert page.evaluate("document.querySelectorAll('.tt-told svg').length") in (
+        1,
+        3,
+    )  # the picture so far; of light, also drawings
 
 
 @pytest.mark.exhaustive

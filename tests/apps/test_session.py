@@ -244,9 +244,11 @@ def test_light_has_its_error_its_curve_and_explained_pixels(session):
     assert json.loads(state_of(session.renderers, None, {id(session.renderer): Told("5 %", 10**6)}))["error"] == ""
     assert details_of(session.choices, session.split)["environment"] == "studio"
     session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
-    session.post({"type": "exposure", "value": 1.5})
     session.step(0.0)
     assert "<svg" in session.explanation
+    session.post({"type": "exposure", "value": 1.5})
+    session.step(0.0)
+    assert session.explanation == ""
     assert session.renderer.display.exposure == 1.5
     session.post({"type": "expose"})
     session.step(0.0)
