@@ -25,9 +25,7 @@ from taichi_tracer.system.errors import InputError
 EXTRA = 'pip install "taichi_tracer[denoise]"'
 SAMPLER = "niederreiter_two"  # whose halves are independent
 STANDARD_ERRORS = 2.0
-LEAST_CLAMP = (
-    1.0  # times the brightest neighbour: a smaller limit would cut pixels that are as bright as their neighbours
-)
+LEAST_CLAMP = 1.0  # times the brightest neighbour: a smaller limit would cut pixels that are as bright as that
 
 
 class Changed(NamedTuple):
