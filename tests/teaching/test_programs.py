@@ -1,10 +1,12 @@
 """The programs of the assignments, as a student starts them: a picture, or the names of what is not written."""
 
+import math
+
 import numpy as np
 import pytest
 from desktop import TIME_OUT, Desktop, opened, poll
 
-from taichi_tracer.apps.screen import Layout
+from taichi_tracer.apps.screen import SHARE_OF_SCREEN, Layout
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.teaching import catalogue, checkerboard
 from taichi_tracer.teaching.handing_out import write_folder
@@ -76,11 +78,12 @@ class Program(Desktop):
 
 
 def program_of(name, folder, is_solved):
-    """The program of an assignment in its window, from a folder that is written for it."""
+    """The program of an assignment, on a screen where its window shows each pixel of the picture as one pixel."""
     assignment = catalogue.load(name)
     write_folder(assignment, folder, is_solved)
-    kind = type("Program", (Program,), {"size": SIZES.get(name, (512, 512))})
-    return opened([assignment.program], folder, kind, "1600x900x24")
+    size = SIZES.get(name, (512, 512))
+    kind = type("Program", (Program,), {"size": size})
+    return opened([assignment.program], folder, kind, f"1600x{math.ceil(size[1] / SHARE_OF_SCREEN[1])}x24")
 
 
 def board_of(name, names):
