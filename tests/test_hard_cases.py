@@ -158,7 +158,9 @@ def small(mode_of="watertight", precision="f32", intersector="brute_force", case
     return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False)
 
 
-@pytest.mark.parametrize(("precision", "intersector"), [("f32", "bvh"), ("f64", "brute_force")])
+@pytest.mark.parametrize(
+    ("precision", "intersector"), [("f32", "bvh"), pytest.param("f64", "brute_force", marks=pytest.mark.long)]
+)
 def test_the_watertight_test_passes(precision, intersector):
     result = small(precision=precision, intersector=intersector)
     assert [(v.case, v.broken, v.weak) for v in result.verdicts if v.word != "PASS"] == []

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer, A2Renderer
 
 PROGRAMS = sorted((Path(__file__).parents[1] / "interactive").glob("*.py"))

@@ -6,7 +6,7 @@ from contracts.registered import every
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.heat import heat

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import taichi as ti
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -134,6 +135,7 @@ def test_an_adaptive_picture_and_a_camera_of_ones_own_have_a_pilot_too(scene):
     assert renderer.samples == 4
 
 
+@pytest.mark.long
 def test_paths_keep_their_bounces():
     room = tt.load_scene_data("cornell_box")
     renderer = tt.A4Renderer(room, 16, 16).use("auto")
@@ -167,7 +169,7 @@ def test_a_checkpoint_wants_the_name_of_the_estimator(tmp_path, capsys):
     assert list(Path(tmp_path).iterdir()) == []
 
 
-@pytest.mark.parametrize("environment", ["white", None])
+@pytest.mark.parametrize("environment", long_except(["white", None], None))
 def test_where_nothing_errs_or_nothing_shines_the_usual_estimator_stays_or_a_cheaper_one_is_taken(environment):
     """Samples of the BRDF have no error on a convex body under even light; without light, no error is known."""
     made = tt.load_scene_data("cube", environment=environment)

@@ -11,7 +11,8 @@ from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
-from taichi_tracer.files.images import to_bytes, told_display
+from taichi_tracer.files.images import told_display
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.progress import Target

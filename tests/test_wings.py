@@ -95,7 +95,7 @@ def test_every_wing_is_tried():
     assert set(NEED) == set(WINGS)
 
 
-@pytest.mark.parametrize("wing", long_except(sorted(WINGS), "fast"))
+@pytest.mark.parametrize("wing", long_except(sorted(WINGS)))
 def test_without_a_wing_pictures_and_rays_have_the_same_bits(wing, told, folder):
     there, here = whole(folder, QUICK), told(wing, QUICK)
     assert here["found"] == there["found"]

@@ -9,7 +9,7 @@ import taichi.math as tm
 from PIL import Image
 
 from taichi_tracer.apps.screen import encode_srgb
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.tones.display import Display
 

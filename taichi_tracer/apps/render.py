@@ -18,7 +18,8 @@ from taichi_tracer.apps.requests import PictureRequest, SceneRequest
 from taichi_tracer.apps.rescue import written_bytes, written_picture
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.files.disk import check_place
-from taichi_tracer.files.images import EIGHT_BITS, encode_png, to_bytes
+from taichi_tracer.files.images import EIGHT_BITS, encode_png
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent

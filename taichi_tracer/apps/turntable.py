@@ -21,7 +21,7 @@ from taichi_tracer.apps.rescue import written, written_bytes, written_picture
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display

@@ -19,7 +19,7 @@ def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: 
 
     Args:
         image: (height, width, 3) linear. column, row: the pixel, from the left and from the top.
-        display, srgb: how the picture is shown, see ``images.to_bytes``.
+        display, srgb: how the picture is shown, see ``srgb.to_bytes``.
     """
     small = shrunk(image)
     scale = SIDE / max(image.shape[:2])

@@ -19,6 +19,7 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
 from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.srgb import PLAIN, linear_from_srgb, to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import PLAIN_TONE, Display
@@ -30,33 +31,7 @@ JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
 LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
 # The keyword of a PNG's text, and the beginning of a JPEG's comment, that tell how the values were changed.
 DISPLAY_KEY = "Display"
-PLAIN = Display()
 LONGEST_REASON = 200  # characters of a library's own message that are shown
-
-
-def to_bytes(image: np.ndarray, srgb: bool = False, display: Display = PLAIN) -> np.ndarray:
-    """(h, w, 3) uint8: values are clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
-
-    Args:
-        image: (h, w, 3) float, linear.
-        srgb: whether to apply the sRGB transfer function first. It is meant for radiance; data such as normals is
-            written unchanged (C-14).
-        display: exposure and tone curve, which come first.
-    """
-    values = display.shown(image)
-    if srgb:
-        values = srgb_from_linear(values)
-    return np.floor(values * 255 + 0.5).astype(np.uint8)
-
-
-def srgb_from_linear(values: np.ndarray) -> np.ndarray:
-    """The sRGB transfer function (IEC 61966-2-1) of values in [0, 1]."""
-    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 0.0031308) ** (1 / 2.4) - 0.055)
-
-
-def linear_from_srgb(values: np.ndarray) -> np.ndarray:
-    """The inverse of ``srgb_from_linear``."""
-    return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
 def encode_png(image: np.ndarray, srgb: bool | None = None, display: Display = PLAIN) -> bytes:

@@ -11,8 +11,8 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
-from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
+from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.instances import FEW_COPIES, Instances, group
 from taichi_tracer.materials import Material

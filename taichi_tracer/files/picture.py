@@ -1,19 +1,25 @@
 """A picture as an array of numbers that knows whether the numbers are light, so that it is written right."""
 
+import io
+
 import numpy as np
+
+from taichi_tracer.files.srgb import to_bytes
 
 # Operations whose result has the meaning of their arguments. A picture times two is a brighter picture. A picture to
 # the power of 1/2.2 is something else: somebody encoded it by hand, and it must not be encoded once more.
 KEEP_MEANING = ("add", "subtract", "multiply", "divide", "negative", "positive", "absolute", "minimum", "maximum")
 KEEP_MEANING += ("fmin", "fmax", "clip")
 JOIN = (np.concatenate, np.where, np.pad)
+SMALLEST = 16  # pixels on a side of what a notebook shows as a picture
 
 
 class Picture(np.ndarray):
     """A numpy array, usually (height, width, 3), that knows which values it has; ``renderer.image()`` returns one.
 
-    It can be used like every other array. Slices, copies, sums, means and multiples of a picture know the same as the
-    picture. The result of any other operation is a plain array, because nobody has said what its values mean.
+    It can be used like every other array, and a notebook shows it as a picture. Slices, copies, sums, means and
+    multiples of a picture know the same as the picture. The result of any other operation is a plain array, because
+    nobody has said what its values mean.
 
     Args:
         values: the numbers.
@@ -54,6 +60,16 @@ class Picture(np.ndarray):
 
     def __reduce__(self):
         return Picture, (plain(self), self.srgb)
+
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows; a few pixels are shown as numbers."""
+        from PIL import Image
+
+        if self.ndim != 3 or self.shape[2] != 3 or min(self.shape[:2]) < SMALLEST:
+            return None
+        file = io.BytesIO()
+        Image.fromarray(to_bytes(plain(self), bool(self.srgb))).save(file, "PNG")
+        return file.getvalue()
 
 
 def plain(value):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from taichi_tracer.files.images import srgb_from_linear
+from taichi_tracer.files.srgb import srgb_from_linear
 from taichi_tracer.system.errors import InputError
 
 PBRT_EPSILON = 0.01  # keeps pixels that are nearly black from deciding the mean, as in the imgtool of pbrt

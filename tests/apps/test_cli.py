@@ -22,6 +22,7 @@ from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.words import as_value
 from taichi_tracer.files import images
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -838,7 +839,7 @@ def test_exposure_and_tone_of_the_command_line_are_in_the_picture_and_told_there
     assert f"note: {linear}: linear, without exposure -1 stops, tone curve filmic" in capsys.readouterr().err
     image = tt.read_image(linear)
     assert image.max() == 4
-    expected = images.to_bytes(image, srgb=True, display=Display(-1, "filmic"))
+    expected = to_bytes(image, srgb=True, display=Display(-1, "filmic"))
     np.testing.assert_array_equal(pixels(path), expected)
     assert images.told_display(path) == "exposure -1 stops, tone curve filmic"
     assert main(["compare", str(path), str(linear)]) == 2

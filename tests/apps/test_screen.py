@@ -14,7 +14,7 @@ from taichi_tracer.apps.screen import (
     Screen,
     first_size,
 )
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.tones.display import Display
 

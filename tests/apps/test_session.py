@@ -12,7 +12,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.split import Told, details_of, state_of
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import fitting_exposure
 from taichi_tracer.tones.heat import heat

@@ -19,7 +19,7 @@ from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
 from taichi_tracer.apps.words import as_value
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display, fitting_exposure

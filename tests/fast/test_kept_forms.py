@@ -60,6 +60,7 @@ def test_nothing_is_kept_where_no_folder_can_be_written(kept, monkeypatch):
     assert kept.seconds("mis") == 0
 
 
+@pytest.mark.long
 def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_be_rendered(kept, monkeypatch):
     needs_lanes()
     scene = tt.load_scene_data("torus_knot", environment="studio")

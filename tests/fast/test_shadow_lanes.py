@@ -21,6 +21,7 @@ def few(rng):
     return with_spheres(random_spheres(rng, 3), *soup(rng, 4, 2.0))
 
 
+@pytest.mark.long
 def test_lanes_answer_as_single_rays():
     check(few(np.random.default_rng(0)), ShadowLanes)
 

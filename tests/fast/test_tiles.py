@@ -154,6 +154,7 @@ def after(samples, seconds, **target):
     return progress
 
 
+@pytest.mark.long
 def test_the_seconds_of_earlier_pictures_count_for_one_estimator(scene):
     renderer = tt.A2Renderer(scene, 16, 16).use("brdf")
     for _ in range(3):

@@ -13,15 +13,13 @@ from taichi_tracer.files import images
 from taichi_tracer.files.images import (
     check_writable,
     encode_png,
-    linear_from_srgb,
     read_image,
     save_image,
-    srgb_from_linear,
-    to_bytes,
     to_rgbe,
     told_display,
 )
 from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.system.errors import InputError, MissingFileError
 from taichi_tracer.tones.display import Display
 
@@ -211,25 +209,6 @@ def test_nan_is_told_where_the_format_has_none(tmp_path, extension):
     image[0, 0, 1] = np.nan
     with pytest.warns(UserWarning, match=rf"a\{extension}: 1 of 6 pixels are NaN and written as 0.*\.pfm, \.npy have"):
         save_image(tmp_path / f"a{extension}", image)
-
-
-# Bytes and transfer functions
-
-
-def test_bytes_are_clipped_rounded_and_never_nan():
-    values = np.array([-1, 0, 0.49 / 255, 0.51 / 255, 1, 7, np.nan, np.inf, -np.inf])
-    assert to_bytes(values).tolist() == [0, 0, 0, 1, 255, 255, 0, 255, 0]
-
-
-def test_every_byte_survives():
-    steps = np.arange(256)
-    assert np.array_equal(to_bytes(steps / 255), steps)
-    assert np.array_equal(to_bytes(linear_from_srgb(steps / 255), srgb=True), steps)
-
-
-def test_srgb_has_its_published_values():
-    assert np.allclose(srgb_from_linear(np.array([0, 0.001, 0.2140411, 1])), [0, 0.01292, 0.5, 1], atol=1e-6)
-    assert np.allclose(linear_from_srgb(np.array([0, 0.04, 0.5, 1])), [0, 0.04 / 12.92, 0.2140411, 1], atol=1e-6)
 
 
 @pytest.mark.parametrize("srgb", [False, True])

@@ -1,10 +1,12 @@
 """A picture knows whether it is light, wherever a program takes it; what is computed from it otherwise is plain."""
 
 import copy
+import io
 import pickle
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from taichi_tracer.files.picture import Picture
 
@@ -83,3 +85,13 @@ def test_it_shares_the_memory_of_its_array():
     values = VALUES.copy()
     Picture(values, True)[0, 0] = 9
     assert values[0, 0].tolist() == [9, 9, 9]
+
+
+@pytest.mark.parametrize(("srgb", "byte"), [(True, 188), (False, 128)])
+def test_a_notebook_shows_it_as_a_picture_and_a_few_pixels_as_numbers(srgb, byte):
+    picture = Picture(np.full((16, 20, 3), 0.5), srgb)
+    with Image.open(io.BytesIO(picture._repr_png_())) as shown:
+        assert shown.size == (20, 16)
+        assert shown.getpixel((3, 3)) == (byte, byte, byte)
+    assert picture[:, :3]._repr_png_() is None
+    assert picture[..., 0]._repr_png_() is None

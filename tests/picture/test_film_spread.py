@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import without_arrays
+from support import long_except, without_arrays
 
 from taichi_tracer.picture import film as films
 from taichi_tracer.picture.film import Film
@@ -46,7 +46,7 @@ def test_both_ways_read_the_same_bits(precision, rng, monkeypatch, kind, exponen
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=str)
+@pytest.mark.parametrize("kind", long_except(KINDS, KINDS[0]), ids=str)
 def test_a_film_is_cleared_by_both_ways_alike(f32, rng, kind):
     film = film_of(kind, rng)
     film.clear()

@@ -278,6 +278,7 @@ def test_freeing_gives_the_memory_back_although_somebody_has_the_field():
     assert found() is None
 
 
+@pytest.mark.long
 def test_the_memory_of_a_picture_is_freed_with_its_renderer():
     needs_arrays()
     scene = tt.load_scene_data("cube", environment="studio")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import needs_arrays, without_arrays
+from support import long_except, needs_arrays, without_arrays
 from taichi.lang.exception import TaichiIndexError
 
 import taichi_tracer as tt
@@ -362,7 +362,7 @@ KERNELS = [
 ]
 
 
-@pytest.mark.parametrize("kernel", KERNELS, ids=lambda kernel: kernel.__name__)
+@pytest.mark.parametrize("kernel", long_except(KERNELS, *KERNELS[::4]), ids=lambda kernel: kernel.__name__)
 def test_kernels_do_what_they_do_with_fields_of_taichi(kernel):
     with without_arrays():
         other = Store()

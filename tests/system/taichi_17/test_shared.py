@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import taichi as ti
-from support import needs_arrays, needs_patch, start
+from support import long_except, needs_arrays, needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.system import compiling
@@ -287,7 +287,7 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("expression", CHANGES, ids=lambda function: function.__name__)
+@pytest.mark.parametrize("expression", long_except(CHANGES, by_name), ids=lambda function: function.__name__)
 def test_what_a_students_function_finds_around_it_is_part_of_what_a_kernel_was_read_for(expression, monkeypatch):
     renderer, of = shown(expression), scene(1)
     assert renderer(of, 8, 8).render().image().max() == 0.25
