@@ -13,7 +13,6 @@ from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_i
 from taichi_tracer.explain.steps import Step, steps_of, steps_within
 from taichi_tracer.explain.terms import terms_of
 from taichi_tracer.explain.thumbnail import thumbnail
-from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
@@ -93,8 +92,8 @@ class PixelExplainer:
 
     def share(self, pdf: float, other: float) -> float | None:
         """The MIS weight of a sample of the density ``pdf``, from the formula of the picture; None if it has none."""
-        exponent = self.parts.integrator.exponent
-        return heuristic_of(pdf, other, exponent) if exponent > 0 else None
+        integrator = self.parts.integrator
+        return heuristic_of(integrator, pdf, other) if integrator.exponent > 0 else None
 
     def take(self, count: int, sample: int | None) -> np.ndarray:
         """(count, 3) the values of so many samples; one of them is noted, if any."""
@@ -159,9 +158,9 @@ class PixelExplainer:
 
 
 @ti.kernel
-def heuristic_of(pdf: float, other: float, exponent: ti.template()) -> float:
-    """``heuristic``, called by Python."""
-    return heuristic(pdf, other, exponent)
+def heuristic_of(integrator: ti.template(), pdf: float, other: float) -> float:
+    """The integrator's ``heuristic``, called by Python."""
+    return integrator.heuristic(pdf, other)
 
 
 def farthest(values: np.ndarray) -> int:

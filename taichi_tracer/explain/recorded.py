@@ -76,6 +76,7 @@ PATHS = {
     "counts": NotedMethod("bounces that count", ("depth",), ("counts",)),
     "survival": NotedMethod("Russian roulette", ("depth",), ("survival",)),
 }
+HEURISTIC = NotedMethod("MIS weight", ("pdf", "other"), ("weight",))  # of an integrator
 OWN = {"radiance", "prepare", "facts", "controls", "change", "notes", "needs_hit"}  # of an integrator: not noted
 
 
@@ -227,7 +228,7 @@ def recorded_integrator(integrator: Any, log: Log) -> Any:
         if name.startswith("_") or name in OWN or not getattr(function, "_is_taichi_function", False):
             continue
         gave = ("w_i", "f_cos_over_pdf") if name == "sample" else (name,)
-        forms[name] = NotedMethod(gave=gave, is_group=True)
+        forms[name] = HEURISTIC if name == "heuristic" else NotedMethod(gave=gave, is_group=True)
     found = recorded(integrator, log, forms)
     if isinstance(getattr(found, "settings", None), PathSettings):
         found.settings = recorded(found.settings, log, PATHS)

@@ -14,6 +14,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, is_as_written, seams
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @ti.data_oriented
-@seams(radiance="vec3")
+@seams(radiance="vec3", heuristic="number")
 class Integrator:
     """The interface. A subclass defines ``radiance``.
 
@@ -78,6 +79,11 @@ class Integrator:
     def notes(self) -> list[str]:
         """What the user should know about the picture that was begun, one line each."""
         return []
+
+    @ti.func
+    def heuristic(self, pdf, other):
+        """The weight of a direction of the density ``pdf`` that another kind of samples finds with ``other`` (A3-4)."""
+        return heuristic(pdf, other, self.exponent)
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):

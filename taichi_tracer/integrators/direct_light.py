@@ -14,7 +14,6 @@ environment, if the ray hits nothing. A sample of the lights comes from the mixt
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, pairs, sample_of_lights
@@ -158,11 +157,11 @@ class MultipleImportanceSampling(DirectLight):
         xi_brdf, xi_light = pairs(scene, rng)
         w_i = surface.sample(xi_brdf)
         light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
-        share = ti.select(surface.is_delta(), 1.0, heuristic(surface.pdf(w_i), pdf, self.exponent))
+        share = ti.select(surface.is_delta(), 1.0, self.heuristic(surface.pdf(w_i), pdf))
         L = surface.weight(w_i) * share * light
 
         f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, xi_light)
-        return L + f_cos / pdf * heuristic(pdf, pdf_brdf, self.exponent) * light
+        return L + f_cos / pdf * self.heuristic(pdf, pdf_brdf) * light
 
 
 register(MultipleImportanceSampling("mis", "MIS, power", 2, aliases=("mis_power",)))

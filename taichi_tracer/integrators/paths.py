@@ -16,7 +16,6 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
@@ -103,7 +102,7 @@ class Paths(Integrator):
         f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
         value = f_cos * light / pdf
         if ti.static(self.exponent > 0):
-            value *= heuristic(pdf, pdf_brdf, self.exponent)
+            value *= self.heuristic(pdf, pdf_brdf)
         return value
 
     @ti.func
@@ -161,5 +160,5 @@ class WeightedPaths(Paths):
         if ti.static(scene.samples_lights):
             if not is_delta:
                 pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
-                share = heuristic(pdf, pdf_lights, self.exponent)
+                share = self.heuristic(pdf, pdf_lights)
         return share

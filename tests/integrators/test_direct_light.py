@@ -395,3 +395,20 @@ def test_an_estimator_of_your_own_need_not_take_random_numbers():
         tt.A2Renderer(scene, 16, 16).use(one).render(64).image().mean() for one in (WithoutNumbers(), "brdf")
     )
     assert found == pytest.approx(expected, rel=1e-3)  # the light is the same from everywhere
+
+
+class CountedTwice(MultipleImportanceSampling):
+    """Gives both kinds of samples all of the light."""
+
+    @ti.func
+    def heuristic(self, pdf, other):
+        return 1.0
+
+
+def test_the_heuristic_of_ones_own_weights_the_picture_and_what_is_explained_of_it():
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    scene = tt.SceneData(Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))]), view=view, environment="white")
+    renderer = tt.A3Renderer(scene, 16, 16).use(CountedTwice("twice", "Twice", 2))
+    renderer.render(64)
+    np.testing.assert_allclose(renderer.image().mean(axis=(0, 1)), 2 * KD, rtol=0.02)
+    assert [term.factors["MIS weight"] for term in renderer.explain(8, 8).terms[1:]] == [1.0, 1.0]
