@@ -365,6 +365,8 @@ def target_of(args: Namespace, spp: int | None, is_light: bool) -> Target:
         is_light: whether the picture is a mean of random samples. Where nobody says when it ends, it has
             ``USUAL_SPP`` samples, or those of ``USUAL_SECONDS``; pictures by bounce need the same samples each.
     """
+    if args.error is not None and args.error > 100:
+        raise InputError(f"--error {args.error:g}: at most 100, which is an error as large as the picture's mean")
     error = None if args.error is None else args.error / 100
     if any(value is not None for value in (args.spp, args.time, error)):
         return Target.of(args.spp, args.time, error)

@@ -57,6 +57,8 @@ class Target:
             value = getattr(self, name)
             if value is not None and not (is_number(value) and 0 < value < math.inf):
                 raise InputError(f"render: {name} must be a number above 0, not {value!r}")
+        if self.error is not None and self.error > 1:
+            raise InputError(f"render: error is a fraction, {self.error / 100:g} for {self.error:g} %, and at most 1")
         if self.spp is not None and (int(self.spp) != self.spp or self.spp > MOST_SAMPLES):
             raise InputError(f"render: spp must be a whole number from 1 to {MOST_SAMPLES:,}, not {self.spp!r}")
 

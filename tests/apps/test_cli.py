@@ -728,6 +728,7 @@ def test_renders_to_an_error_and_to_a_time(tmp_path, instant, capsys, monkeypatc
         told = told_by([*words, option, value], capsys, code=2)
         assert option in told.err
         assert f"{value!r} is not a number" in told.err
+    assert "--error 101: at most 100" in told_by([*words, "--error", "101"], capsys, code=2).err
 
 
 def test_accuracy_refuses_before_it_works(tmp_path, capsys):

@@ -83,6 +83,11 @@ def test_targets_that_are_none_are_refused(name, value):
         Target(**{name: value})
 
 
+def test_per_cent_in_the_place_of_a_fraction_are_refused():
+    with pytest.raises(tt.InputError, match="render: error is a fraction, 0.05 for 5 %, and at most 1"):
+        Target(error=5)
+
+
 @pytest.mark.long
 def test_renders_keep_to_a_time_and_to_an_error():
     start("f32")
