@@ -30,4 +30,4 @@ html_theme_options = {"navigation_with_keys": True}
 html_static_path, html_css_files = ["_static"], ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
-pygments_style, pygments_dark_style = "friendly", "native"
+pygments_style, pygments_dark_style = "default", "native"  # all colours have a contrast of 4.5 and more

@@ -48,7 +48,7 @@ def rng():
     return np.random.default_rng(20)
 
 
-FRACTION = 20  # one of so many parts of the tests that nothing else runs
+FRACTION = 40  # one of so many parts of the tests that nothing else runs
 
 
 def pytest_collection_modifyitems(config, items):
@@ -57,13 +57,13 @@ def pytest_collection_modifyitems(config, items):
     A test is long if it takes seconds and repeats what shorter tests check: by the command line, on more scenes or with
     more samples. TAICHI_TRACER_LONG=1 runs the first case of each long test, as .ci/run does. A test is exhaustive if
     it repeats what long tests check, with everything that the package has. TAICHI_TRACER_LONG=all runs every case of
-    every test. The number of a commit, in hexadecimal digits after "part-", runs nothing but a twentieth of what is
-    left: another one for most commits. TAICHI_TRACER_HALF, with such a number, leaves out half of the files: the other
-    half for the next commit, in most cases.
+    every test. The number of a commit, in hexadecimal digits after "part-", runs nothing but a fortieth of what is
+    left: another one for most commits. TAICHI_TRACER_THIRD, with such a number, runs a third of the files: another one
+    for most commits.
     """
-    if half := os.environ.get("TAICHI_TRACER_HALF"):
+    if third := os.environ.get("TAICHI_TRACER_THIRD"):
         files = {item: zlib.crc32(item.path.relative_to(config.rootpath).as_posix().encode()) for item in items}
-        chosen = [item for item in items if (files[item] + int(half, 16)) % 2 == 0]
+        chosen = [item for item in items if (files[item] + int(third, 16)) % 3 == 0]
         config.hook.pytest_deselected(items=[item for item in items if item not in set(chosen)])
         items[:] = chosen
     asked = os.environ.get("TAICHI_TRACER_LONG") or ""

@@ -1,4 +1,4 @@
-"""docs/make_pictures.py makes the pictures that the documents show: all of them, and as they are kept."""
+"""docs/make.py makes the pictures that the documents show: all of them, and as they are kept."""
 
 import importlib.util
 import json
@@ -12,21 +12,21 @@ from PIL import Image
 from support import start
 
 ROOT = Path(__file__).parents[1]
-SCRIPT = ROOT / "docs" / "make_pictures.py"
+SCRIPT = ROOT / "docs" / "make.py"
 IMAGES = ROOT / "docs" / "images"
 CANARY = json.loads((Path(__file__).parent / "references" / "pictures.json").read_text(encoding="utf-8"))["canaries"]
 QUICK = ("cornell_box", "rt3/four_corners", "rt3/three_spheres")  # the scenes of the pictures that take no samples
 FEW = 0.02  # of the pixels, which may differ where sin, exp and the like are rounded otherwise
 
-spec = importlib.util.spec_from_file_location("make_pictures", SCRIPT)
-make_pictures = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(make_pictures)
-COMMANDS = make_pictures.commands()
+spec = importlib.util.spec_from_file_location("make", SCRIPT)
+make = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(make)
+COMMANDS = make.commands()
 
 
 def shown():
     """The names of the pictures that the documents show."""
-    texts = [path.read_text(encoding="utf-8") for path in make_pictures.DOCUMENTS]
+    texts = [path.read_text(encoding="utf-8") for path in make.DOCUMENTS]
     return {Path(name).name for text in texts for name in re.findall(r"\]\(([^)]*images/[^)]+)\)", text)}
 
 
@@ -36,11 +36,10 @@ def check_same(paths):
     most = 0 if catalogue.canary() == CANARY["f32"] else FEW
     different = {}
     for path in paths:
-        made, kept = (np.asarray(Image.open(p).convert("RGB")) for p in (path, IMAGES / path.name))
-        differ = (made != kept).any(axis=2).mean() if made.shape == kept.shape else 1.0
+        differ = make.share_that_differs(path, IMAGES / path.name)
         if differ > most:
             different[path.name] = differ
-    assert different == {}, "python docs/make_pictures.py makes them again"
+    assert different == {}, "python -m docs.make makes them again"
 
 
 def test_every_picture_is_shown_and_every_picture_that_is_shown_is_there():
@@ -48,10 +47,10 @@ def test_every_picture_is_shown_and_every_picture_that_is_shown_is_there():
 
 
 def test_every_picture_is_made_by_a_command_that_a_document_prints_or_by_the_script():
-    others = {*make_pictures.OTHERS, *make_pictures.MEASURED}
+    others = {*make.OTHERS, *make.MEASURED}
     files = {words[-1].rsplit("/", 1)[1] for words in COMMANDS} - {""}
-    programs = {name for names in make_pictures.programs().values() for name in names}
-    folders = {make_pictures.stem(words) for words in COMMANDS if words[-1].endswith("/")}
+    programs = {name for names in make.programs().values() for name in names}
+    folders = {make.stem(words) for words in COMMANDS if words[-1].endswith("/")}
     left = {name for name in shown() - others - files - programs if not name.startswith(tuple(folders))}
     assert left == set()
     assert files | others | programs <= shown()
@@ -60,7 +59,7 @@ def test_every_picture_is_made_by_a_command_that_a_document_prints_or_by_the_scr
 @pytest.mark.long
 @pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] in QUICK], ids=lambda words: words[-1])
 def test_views_are_as_they_are_kept(words, tmp_path, capsys):
-    paths = make_pictures.render(words, tmp_path)
+    paths = make.render(words, tmp_path)
     assert paths != []
     check_same(paths)
 
@@ -68,7 +67,7 @@ def test_views_are_as_they_are_kept(words, tmp_path, capsys):
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] not in QUICK], ids=lambda words: " ".join(words[1:]))
 def test_pictures_of_light_are_as_they_are_kept(words, tmp_path, capsys):
-    paths = make_pictures.render(words, tmp_path)
+    paths = make.render(words, tmp_path)
     assert paths != []
     if words[0] == "samples":  # other versions of matplotlib draw the letters of a chart otherwise
         assert all(size(path) == size(IMAGES / path.name) for path in paths)
@@ -83,15 +82,15 @@ def size(path):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("document", make_pictures.programs(), ids=lambda path: path.name)
+@pytest.mark.parametrize("document", make.programs(), ids=lambda path: path.name)
 def test_pictures_of_the_python_of_documents_are_as_they_are_kept(document, tmp_path, capsys):
-    check_same(make_pictures.run_program(document, tmp_path))
+    check_same(make.run_program(document, tmp_path))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", make_pictures.OTHERS)
+@pytest.mark.parametrize("name", make.OTHERS)
 def test_pictures_without_a_command_are_as_they_are_kept(name, tmp_path):
-    make_pictures.OTHERS[name](tmp_path / name)
+    make.OTHERS[name](tmp_path / name)
     check_same([tmp_path / name])
 
 

@@ -6,6 +6,7 @@ import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
+import browser
 import pytest
 
 import taichi_tracer as tt
@@ -39,6 +40,19 @@ def test_the_gallery_has_pictures_of_all_assignments():
         assert any(part in command for command in commands), part
 
 
+SOURCE = re.compile(r"^\| .* \| (.*) \| `(.*)` \|$", re.MULTILINE)
+
+
+def test_the_files_of_the_bibliography_name_their_sources():
+    rows = SOURCE.findall((DOCS / "reference" / "bibliography.md").read_text("utf-8"))
+    assert len(rows) > 20
+    for sources, file in rows:
+        text = (ROOT / "taichi_tracer" / file).read_text(encoding="utf-8")
+        years = re.findall(r"\b(?:19|20)\d\d\b", sources)
+        assert any(year in text for year in years), file
+        assert any(name in text for name in re.findall(r"[A-Z][\w-]{3,}(?=,| &| et al)", sources)), file
+
+
 class Page(HTMLParser):
     """What a page loads, and the pictures that say nothing to who cannot see them."""
 
@@ -61,7 +75,7 @@ def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path
     for module in ("furo", "myst_nb", "sphinx_copybutton", "latex2mathml"):
         pytest.importorskip(module)
     site = tmp_path / "site"
-    words = [sys.executable, "-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-b", "html"]
+    words = [sys.executable, "-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-j", "8", "-b", "html"]
     done = subprocess.run([*words, "-d", tmp_path / "trees", DOCS, site], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     pages = [path for path in site.rglob("*.html") if path.name not in ("search.html", "genindex.html")]
@@ -76,3 +90,38 @@ def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path
     text = (site / "reference" / "command_line.html").read_text(encoding="utf-8")
     assert "--lamp-choice" in text
     assert "throughput" in (site / "searchindex.js").read_text(encoding="utf-8")
+    if browser.path_of_browser() is not None:
+        with browser.started(tmp_path) as chromium:
+            look_at(chromium, site)
+
+
+FAINT = """(() => {
+  const numbers = (c) => { const m = c.match(/[\\d.]+/g).map(Number); return m.length < 4 ? [...m, 1] : m; };
+  const over = (a, b) => [0, 1, 2].map((i) => a[i] * a[3] + b[i] * (1 - a[3])).concat([1]);
+  const linear = (v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+  const light = (c) => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
+  const behind = (e) => {
+    const layers = [];
+    for (; e; e = e.parentElement) layers.push(numbers(getComputedStyle(e).backgroundColor));
+    return layers.reverse().reduce((below, layer) => over(layer, below), [255, 255, 255, 1]);
+  };
+  const found = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const e = walker.currentNode.parentElement, box = e.getBoundingClientRect();
+    const text = walker.currentNode.data.trim();
+    if (!text || box.width < 2 || e.closest("script, style, svg")) continue;
+    const b = behind(e), c = over(numbers(getComputedStyle(e).color), b), two = [light(b), light(c)];
+    if ((Math.max(...two) + 0.05) / (Math.min(...two) + 0.05) < 4.5) found.push(text.slice(0, 40));
+  }
+  return found;
+})()"""
+
+
+def look_at(chromium, site):
+    """Every text has a contrast of 4.5, and nothing is wider than the screen, on a desk and on a phone."""
+    for page in ("index", "notebooks/lamps", "accuracy", "gallery", "reference/command_line"):
+        for width, scheme in ((1280, "light"), (390, "dark")):
+            chromium.open((site / f"{page}.html").as_uri(), width, 900, scheme)
+            assert chromium.evaluate(FAINT) == [], page
+            assert chromium.evaluate("document.documentElement.scrollWidth") <= width, page
+    assert [url for url in chromium.requests if not url.startswith("file:")] == []

@@ -1,13 +1,14 @@
-"""Makes every picture of README.md and docs/ again.
+"""Makes every picture of README.md and docs/ again, or finds those that are no longer what the package makes.
 
-    python docs/make_pictures.py [--measured] [FOLDER]
+    python -m docs.make [--check] [--measured] [FOLDER]
 
 The documents print how their pictures are made. Each ``taichi-tracer render … -o docs/images/…`` is run, and each
 ``taichi-tracer samples …``; if the Python of a document saves pictures in docs/images, all of its Python is run. All
 this is done on the CPU. ``OTHERS`` has the pictures that no document makes. Charts of times come out differently on
 every machine; they are made only with ``--measured``, which takes about a quarter of an hour.
 
-FOLDER is where the pictures go; without it, they replace those in docs/images.
+FOLDER is where the pictures go; without it, they replace those in docs/images. With ``--check``, nothing is replaced:
+the names of pictures that have become different are printed, and the exit code is 1 if there are some.
 """
 
 import argparse
@@ -19,6 +20,9 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+
+import numpy as np
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = "docs/images/"
@@ -98,27 +102,14 @@ def accuracy(*words: str) -> Callable[[Path], None]:
     """The chart of ``taichi-tracer accuracy``."""
 
     def make(path: Path) -> None:
-        from PIL import Image
-
         from taichi_tracer.apps.cli import main
 
         with tempfile.TemporaryDirectory() as folder:
             main(["accuracy", *words, "--report", folder])
-            with Image.open(Path(folder) / "accuracy.png") as chart:  # 256 colours: a third of the size
-                chart.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+            with Image.open(Path(folder) / "accuracy.png") as chart:  # 64 colours: a fifth of the size
+                chart.convert("RGB").quantize(64, dither=Image.Dither.NONE).save(path, optimize=True)
 
     return make
-
-
-def accuracy_of_dark_box(path: Path) -> None:
-    """The same of the box with a lamp that does not emit, so that only the studio lights it."""
-    shipped = ROOT / "scene_data_dir"
-    with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(shipped / "cornell_box.obj", folder)
-        materials = (shipped / "cornell_box.mtl").read_text(encoding="utf-8").splitlines(keepends=True)
-        dark = "".join(line for line in materials if not line.startswith("Ke "))
-        (Path(folder) / "cornell_box.mtl").write_text(dark, encoding="utf-8")
-        accuracy(f"{folder}/cornell_box.obj", "--environment", "studio")(path)
 
 
 def frame_time(path: Path) -> None:
@@ -141,7 +132,7 @@ def unseen_light(path: Path) -> None:
 # Name → what makes the picture at a path. The first table takes seconds; the second takes longer, or measures times.
 OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertight.png": leaks("watertight")}
 MEASURED = {
-    "accuracy_cornell_box.png": accuracy_of_dark_box,
+    "accuracy_cornell_box.png": accuracy("cornell_box"),
     "accuracy_bounces.png": accuracy("cornell_box", "--max-bounces", "0,1,2,3,5,8,16,64"),
     "accuracy_specular_spheres.png": accuracy("specular_spheres", "--environment", "sunny"),
     "frame_time.svg": frame_time,
@@ -160,17 +151,39 @@ def make(folder: Path, measured: bool = False) -> Iterator[Path]:
         yield folder / name
 
 
-def main() -> None:
+def share_that_differs(made: Path, kept: Path) -> float:
+    """The share of the pixels that differ between two pictures; 1 if their sizes do."""
+    one, other = (np.asarray(Image.open(path).convert("RGB")) for path in (made, kept))
+    return float((one != other).any(axis=2).mean()) if one.shape == other.shape else 1.0
+
+
+def check() -> int:
+    """Print which pictures have become different; returns how many."""
+    stale = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for path in make(Path(folder)):
+            share = share_that_differs(path, ROOT / IMAGES / path.name)
+            if share > 0:
+                stale += 1
+                print(f"{IMAGES}{path.name}: {share:.1%} of the pixels differ")
+    return stale
+
+
+def main() -> int:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(description="Makes the pictures of README.md and docs/ again.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / IMAGES, help="where they go (docs/images)")
     parser.add_argument("--measured", action="store_true", help="the charts of times, too")
+    parser.add_argument("--check", action="store_true", help="only tell which have become different")
     args = parser.parse_args()
     sys.path.insert(0, str(ROOT))  # the package and the benchmarks of this checkout
+    if args.check:
+        return int(check() > 0)
     args.folder.mkdir(parents=True, exist_ok=True)
     for path in make(args.folder, args.measured):
         print(path)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())
