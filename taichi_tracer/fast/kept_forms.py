@@ -15,15 +15,28 @@ from taichi_tracer.system.trial import read, versions, write
 FILE = "taichi_tracer_forms.json"  # in the folder of compiled kernels
 MOST = 500  # forms that are remembered
 COMPILED = 1e9  # in place of seconds: infinity is no number of JSON
+LONG = 8.0  # seconds of rendering in which a form gains more than its compilation takes
 
 
 def key_of(renderer: Any, scene: Any, integrator: Any) -> str:
-    """What the kernels of a form depend on, roughly: a form that is thought to be kept, and is not, is compiled."""
-    settings, effects = runtime.current(), scene.effects
-    of_scene = {name: value for name, value in vars(effects).items() if name != "reasons"}
+    """What the kernels of tiles depend on, roughly: a form that is thought to be kept, and is not, is compiled."""
+    of_scene = {name: value for name, value in vars(scene.effects).items() if name != "reasons"}
     parts = type(renderer.camera).__name__, renderer.sampler.name, integrator.name, renderer.adaptive
     watched = renderer.watcher is not None
-    return f"{versions()} {settings.arch} {settings.precision} {settings.fast_math} {parts} {watched} {of_scene}"
+    return f"{of_taichi()} {parts} {watched} {of_scene}"
+
+
+def key_of_packets(scene_data: Any, camera: Any, sampler: Any) -> str:
+    """The same of the packets of eye rays."""
+    effects, test = scene_data.geometry.effects, scene_data.ray_intersector.triangle_test
+    parts = type(camera).__name__, sampler.name, test, effects.spheres, effects.culling, effects.holes
+    return f"{of_taichi()} packets {parts}"
+
+
+def of_taichi() -> str:
+    """The versions, and what Taichi was started with."""
+    settings = runtime.current()
+    return f"{versions()} {settings.arch} {settings.precision} {settings.fast_math}"
 
 
 class KeptForms:
@@ -45,6 +58,10 @@ class KeptForms:
             self._known = {} if path is None else read(path)
         seconds = self._known.get(key, 0.0)
         return math.inf if seconds >= COMPILED else seconds
+
+    def are_worth(self, key: str) -> bool:
+        """Whether a form was compiled, or would have paid by now."""
+        return self.seconds(key) >= LONG
 
     def add(self, key: str, seconds: float) -> None:
         """Note that others have rendered for so long, or ∞: that it was compiled."""

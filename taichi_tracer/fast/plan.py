@@ -5,10 +5,10 @@ from typing import Any
 
 from taichi_tracer.fast.counted_tiles import CountedTiles
 from taichi_tracer.fast.far_light import form_class
-from taichi_tracer.fast.kept_forms import KEPT, key_of
+from taichi_tracer.fast.kept_forms import KEPT, key_of, key_of_packets
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
-from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, why_not_kept
-from taichi_tracer.fast.tiles import LONG, MUCH, TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
+from taichi_tracer.fast.primary_hits import PrimaryHits, have_packets, is_small, pixels_in, why_not_kept
+from taichi_tracer.fast.tiles import MUCH, TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.fast.wide_instances import WideInstances
@@ -166,20 +166,25 @@ class FastPlan(Plan):
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
         passes = max(self.passes_expected, target.passes(pixels))
-        return (self.passes + passes) * pixels >= MUCH and KEPT.seconds(key_of(r, scene, integrator)) >= LONG
+        return (self.passes + passes) * pixels >= MUCH and KEPT.are_worth(key_of(r, scene, integrator))
 
     def will_take_tiles(self, integrator: Any, target: Target) -> bool | None:
         """True if they are kept; None if that is not known yet."""
         return True if self.has_paid(self.renderer.kernel_scene(), integrator, target) else self.renderer.use_tiles
 
     def ended(self) -> None:
-        """Note how long was rendered without tiles."""
+        """Note how long was rendered without tiles, and without packets."""
         r = self.renderer
         if self.in_tiles or r.use_tiles is False or r.progress.seconds < NOTED:
             return
         scene = self.prepared_scene()
         if can_take_tiles(r, scene, r.active):
             KEPT.add(key_of(r, scene, r.active), r.progress.seconds)
+        used = isinstance(self.eye_rays, PrimaryHits) and self.eye_rays.packets is not None
+        if r.jitter and self.may_keep_hits and not used:
+            parts = r.scene_data, r.camera, r.sampler
+            if have_packets(*parts) and not why_not_kept(*parts, r.film.ranges):
+                KEPT.add(key_of_packets(*parts), r.progress.seconds)
 
     def new_tiles(self, scene: Any) -> Tiles:
         """Tiles, which are watched if the renderer's samples are."""

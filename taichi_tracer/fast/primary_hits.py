@@ -7,6 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.fast.kept_forms import KEPT, key_of_packets
 from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.packet_shapes import sphere_normals
@@ -27,6 +28,9 @@ LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
 # About five seconds of single rays. A picture that is known to need fewer uses no packets, and a smaller view uses
 # packets only after so many. Their translation takes up to three seconds, and they make a pass a fourth shorter.
 MANY_RAYS = 1 << 25
+MANY_KEPT = (
+    1 << 23
+)  # the same where packets are kept: what is gained is more than the half second that they take to start
 # Tests of a ray and a primitive that take less time than it takes to translate the search of a tree.
 FEW_TESTS = 1 << 24
 FEWEST_PLACES = 1 << 14  # for tiles: those of a picture of 512 × 512 pixels
@@ -143,6 +147,7 @@ class PrimaryHits:
             self._trace_rays(self.searcher(), seed, index)
             return
         if self.packets is None:
+            KEPT.add(key_of_packets(self.scene_data, self.camera, self.sampler), math.inf)
             has_spheres = self.scene_data.geometry.effects.spheres
             self.turns = Turns(-(-self.across * self.upwards // PIECE))
             self.packets = Packets(self.turns.places, self.lanes.share_origin, has_spheres)
@@ -157,11 +162,12 @@ class PrimaryHits:
             return False
         if self.is_long:
             return True
+        many = many_rays(self.scene_data, self.camera, self.sampler)
         if is_small(self.ranges):
-            return self.pixels * self.traces >= MANY_RAYS
-        is_short = self.traces < self.passes and self.pixels * self.passes < MANY_RAYS
+            return self.pixels * self.traces >= many
+        is_short = self.traces < self.passes and self.pixels * self.passes < many
         if self.jitter and self.passes > 1:  # samples that were asked for together; no window waits for the next one
-            is_short = self.pixels * max(self.traces, self.passes) < MANY_RAYS
+            is_short = self.pixels * max(self.traces, self.passes) < many
         comes_again = self.traces > 0 or (self.jitter and self.passes > 1)
         return comes_again and not is_short
 
@@ -170,7 +176,8 @@ class PrimaryHits:
         if self.packets is not None:
             return Form("their search", "in packets", f"{self.traces:,} × {self.pixels:,} rays so far", True)
         why = (
-            f"{self.traces:,} × {self.pixels:,} rays so far; packets are worth their compilation from {MANY_RAYS:,} on"
+            f"{self.traces:,} × {self.pixels:,} rays so far; packets are worth their start from "
+            f"{many_rays(self.scene_data, self.camera, self.sampler):,} on"
         )
         if not self.can_use_packets:
             why = "camera, sampler or intersector has no packets"
@@ -373,6 +380,13 @@ def have_packets(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> bool
     return runtime.can("lanes") and has_form and has_search
 
 
+def many_rays(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> int:
+    """From how many rays on packets gain more than it takes to start them: fewer, where their kernel is kept."""
+    if not have_packets(scene_data, camera, sampler):
+        return MANY_RAYS
+    return MANY_KEPT if KEPT.are_worth(key_of_packets(scene_data, camera, sampler)) else MANY_RAYS
+
+
 def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges, passes: float = math.inf) -> str:
     """Why a picture with new rays in each pass does not keep their hits; "" if it does.
 
@@ -383,7 +397,7 @@ def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges,
     """
     if is_small(ranges):
         return "new rays in each pass, and the picture is too small for packets"
-    if pixels_in(ranges) * passes < MANY_RAYS:
+    if pixels_in(ranges) * passes < many_rays(scene_data, camera, sampler):
         return "new rays in each pass, and too few for packets"
     if is_crowded(scene_data, camera):
         return f"new rays in each pass, and more than {CROWD} triangles for each pixel"

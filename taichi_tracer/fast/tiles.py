@@ -19,6 +19,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.fast.far_light import FarMis, form_class
+from taichi_tracer.fast.kept_forms import LONG
 from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.look_ups import LightLanes, LookUps, can_wait_for
 from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, add_samples, can_add_together, has_points
@@ -37,7 +38,6 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
 MUCH = (
     4_000_000  # samples of all pixels: from then on, kept tiles gain more than the half second that their start takes
 )

@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.fast import kept_forms, plan
-from taichi_tracer.fast.kept_forms import COMPILED, KeptForms, key_of
+from taichi_tracer.fast import kept_forms, plan, primary_hits
+from taichi_tracer.fast.kept_forms import COMPILED, LONG, KeptForms, key_of, key_of_packets
 from taichi_tracer.system import runtime
 from taichi_tracer.system.trial import read, write
 
@@ -24,6 +25,7 @@ def kept(tmp_path, monkeypatch):
     fresh = KeptForms()
     monkeypatch.setattr(kept_forms, "cache_folder", lambda _: (tmp_path, None))
     monkeypatch.setattr(plan, "KEPT", fresh)
+    monkeypatch.setattr(primary_hits, "KEPT", fresh)
     return fresh
 
 
@@ -88,8 +90,27 @@ def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kep
     assert not renderer.plan.in_tiles
     renderer.render(4)
     assert kept.seconds(key) > seconds
-    write(tmp_path / kept_forms.FILE, {key: plan.LONG})
+    write(tmp_path / kept_forms.FILE, {key: LONG})
     kept._known = None
     again = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
     assert again.plan.in_tiles
     assert KeptForms().seconds(key) == math.inf
+
+
+def test_packets_are_used_sooner_where_they_are_kept_or_would_have_paid(kept, monkeypatch):
+    needs_lanes()
+    monkeypatch.setattr(plan, "NOTED", 0.0)
+    monkeypatch.setattr(primary_hits, "LARGE_PICTURE", 256)
+    monkeypatch.setattr(primary_hits, "MANY_KEPT", 1024)
+    monkeypatch.setattr(primary_hits, "CROWD", 1000)
+    scene = tt.load_scene_data("sphere", environment="studio")
+    first = tt.A3Renderer(scene, 16, 16).use("brdf").render(4)
+    assert first.plan.compiled == {"plain"}
+    key = key_of_packets(scene, first.camera, first.sampler)
+    assert 0 < kept.seconds(key) < LONG
+    kept.add(key, LONG)
+    again = tt.A3Renderer(scene, 16, 16).use("brdf").render(4)
+    assert again.plan.compiled == {True}
+    assert kept.seconds(key) == math.inf
+    np.testing.assert_array_equal(again.image(), first.image())
+    assert tt.A3Renderer(scene, 16, 16).use("brdf").render(3).plan.compiled == {"plain"}  # 768 rays are soon traced
