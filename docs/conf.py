@@ -22,6 +22,7 @@ exclude_patterns = ["images", "_made", "**/.ipynb_checkpoints"]
 myst_fence_as_directive = ["math"]
 html_math_renderer = "mathml"
 myst_heading_anchors = 4
+nb_merge_streams = True  # what a loop prints is one output
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "force", 300, True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units
