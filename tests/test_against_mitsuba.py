@@ -153,6 +153,7 @@ def random_metals(rng, count):
     return np.exp(rng.uniform(np.log(0.02), 0, (count, 2))).astype(np.float32).astype(np.float64)
 
 
+@pytest.mark.long
 def test_a_rough_metal_has_mitsubas_values_and_densities(rng):
     """In 1,000 random configurations."""
     start("f64")

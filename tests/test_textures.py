@@ -107,6 +107,7 @@ def test_colours_of_vertices_are_between_those_of_the_corners(has_texture):
     np.testing.assert_allclose(image.reshape(-1, 3), expected, atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_layer_has_the_roughness_and_the_metalness_of_the_texels():
     """The same picture as of a material with these numbers (glTF 2.0, section 3.9.2); one without a texture stays."""
     base, roughness, metal = np.array([0.9, 0.5, 0.1]), 0.6, 0.25

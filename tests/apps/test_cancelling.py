@@ -63,6 +63,7 @@ def test_nothing_is_cancelled_while_nothing_is_compiled(session):
     assert not session.is_cancelled
 
 
+@pytest.mark.long
 def test_a_value_is_taken_back(session):
     session.post({"type": "use", "what": "path", "name": "path"})
     shown(session)

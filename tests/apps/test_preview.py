@@ -87,6 +87,7 @@ def test_what_has_pixels_of_its_own_stays_whole(scene):
         assert preview.of(renderer) is renderer
 
 
+@pytest.mark.long
 def test_a_picture_is_saved_as_the_camera_sees_it_now(renderer):
     renderer.render()
     before = renderer.image()

@@ -148,6 +148,7 @@ class Rough:
     F0: tm.vec3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("alpha", [0.3, 1e-6])
 def test_the_handouts_methods_are_those_that_run_as_soon_as_one_is_replaced(alpha, f32, monkeypatch):
     """Also where the package's own form is a mirror."""

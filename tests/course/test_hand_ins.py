@@ -117,6 +117,7 @@ def marks(path: Path, name: str, finds: bool = False) -> dict:
     return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("around", long_except(["", "taichi_tracer/", "A1_codebase/taichi_tracer/"], "taichi_tracer/"))
 def test_a_hand_in_is_found_wherever_the_zip_has_it(around, tmp_path):
     found = marks(hand_in(tmp_path, {}, around), "a1")

@@ -79,6 +79,7 @@ class WithAmbient(DirectLight):
         return factor * scene.visible_radiance(surface, w_i, factor) + tm.vec3(0.25, 0.5, 0)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("f32")
 def test_what_no_direction_brings_is_told_and_not_hidden():
     renderer = tt.A2Renderer(tt.load_scene_data("cornell_box"), *SIZE).use(WithAmbient())

@@ -22,7 +22,7 @@ MESHES = {
 }
 
 
-@pytest.mark.parametrize("name", long_except(MESHES, "soup", "few triangles, in lanes"))
+@pytest.mark.parametrize("name", long_except(MESHES, "few triangles, in lanes"))
 def test_streams_answer_as_single_rays(name):
     check(MESHES[name](np.random.default_rng(0)), ShadowStreams, make=ShadowStreams)
 

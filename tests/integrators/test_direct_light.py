@@ -389,6 +389,7 @@ class WithoutNumbers(BrdfSampling):
         return w_i, surface.weight(w_i)
 
 
+@pytest.mark.long
 def test_an_estimator_of_your_own_need_not_take_random_numbers():
     scene = tt.load_scene_data("sphere", environment="white")
     found, expected = (

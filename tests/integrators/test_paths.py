@@ -72,6 +72,7 @@ def test_roulette_does_not_change_the_mean(room, settings):
         assert (np.abs(mean - expected) <= limit * error + 2e-5 * expected).all(), (way, mean, expected, error)
 
 
+@pytest.mark.long
 def test_roulette_costs_variance(room):
     """Without it, every path of ``implicit`` finds the same light here; with it, some end before they have."""
     for settings in ({"rr_termination_probability": 0.3}, {"roulette": "throughput"}):

@@ -40,6 +40,7 @@ def add_row(film: ti.template(), values: ti.types.ndarray(dtype=ti.f32, ndim=2))
             film.add(x, 0, tm.vec3(values[x, i]), ti.cast(i, ti.u32))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [pytest.param(64, marks=pytest.mark.long), FEW_PIXELS + 1])
 def test_a_picture_of_one_sequence_does_not_depend_on_where_a_half_ends(f32, rng, width):
     """Ranges of any length, merged, in numpy and in the kernel: a mean is rounded once, from the sum of all samples."""

@@ -21,7 +21,7 @@ EPSILON = 2.0**-23
 pytestmark = pytest.mark.usefixtures("f32")
 
 
-QUICK = [case for case in surface_cases.SURFACES if case is not surface_cases.LightInside]
+QUICK = [case for case in surface_cases.SURFACES if case is not surface_cases.LightInside][:2]
 
 
 @pytest.mark.parametrize("case", long_except(surface_cases.SURFACES, *QUICK))

@@ -19,6 +19,7 @@ def test_what_python_took_to_start_is_in_it():
     assert 0.3 < told < time.perf_counter() - start + 0.02  # ticks of the system have 10 ms
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
 def test_a_shell_that_becomes_its_last_command_was_another_program():
     words = ["bash", "-c", f'sleep 2.2; exec "{sys.executable}" -c "{CODE.replace("time.sleep(0.3); ", "")}"']

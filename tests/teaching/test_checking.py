@@ -175,6 +175,7 @@ def test_words_that_cannot_be_used(solved, tmp_path, capfd):
         tt.teaching.check("a1", tt.Sampler)
 
 
+@pytest.mark.long
 def test_the_command_tells_each_part_and_writes_a_page(solved, capfd):
     change(solved, "renderer.py", "color = (hit_data.normal + 1) / 2", "color = hit_data.normal")
     assert main(["check", str(solved), "shade_normal", "shade_hit", "normal"]) == 1

@@ -52,6 +52,7 @@ def techniques(scene, way, pixels=SIZE * SIZE):
     return other_techniques(scene.in_kernels(), PARTS.find("integrator", way), pixels)
 
 
+@pytest.mark.long
 def test_a_narrow_lobe_is_missed_by_samples_of_the_lights(narrow):
     """Every pixel misses Kd L cos θ with L = 2; the mean of the picture is 0, or what a lucky sample found."""
     renderer = tt.A2Renderer(narrow, SIZE, SIZE).use("environment").render(8)

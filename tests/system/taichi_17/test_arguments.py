@@ -550,6 +550,7 @@ def set_structs(s: ti.template(), number: ti.i32):
         s.structs[i].a = number
 
 
+@pytest.mark.long
 def test_each_field_of_structs_is_written_for_its_own_object():
     """Also if some of them are Taichi's own."""
     with without_arrays():

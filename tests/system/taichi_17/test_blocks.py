@@ -98,6 +98,7 @@ def own_statements(kernel: list[str]) -> list[int]:
     return [own for _, own, together in done + open_blocks if 2 * together > len(kernel)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("renderer", "name"), [("A2Renderer", "brdf"), pytest.param("A4Renderer", "path", marks=pytest.mark.long)]
 )
