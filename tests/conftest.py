@@ -58,12 +58,12 @@ def pytest_collection_modifyitems(config, items):
     more samples. TAICHI_TRACER_LONG=1 runs the first case of each long test, as .ci/run does. A test is exhaustive if
     it repeats what long tests check, with everything that the package has. TAICHI_TRACER_LONG=all runs every case of
     every test. The number of a commit, in hexadecimal digits after "part-", runs nothing but a fortieth of what is
-    left: another one for most commits. TAICHI_TRACER_THIRD, with such a number, runs a third of the files: another one
+    left: another one for most commits. TAICHI_TRACER_QUARTER, with such a number, runs a quarter of the files: another one
     for most commits.
     """
-    if third := os.environ.get("TAICHI_TRACER_THIRD"):
+    if quarter := os.environ.get("TAICHI_TRACER_QUARTER"):
         files = {item: zlib.crc32(item.path.relative_to(config.rootpath).as_posix().encode()) for item in items}
-        chosen = [item for item in items if (files[item] + int(third, 16)) % 3 == 0]
+        chosen = [item for item in items if (files[item] + int(quarter, 16)) % 4 == 0]
         config.hook.pytest_deselected(items=[item for item in items if item not in set(chosen)])
         items[:] = chosen
     asked = os.environ.get("TAICHI_TRACER_LONG") or ""
