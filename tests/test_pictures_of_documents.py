@@ -56,6 +56,13 @@ def test_every_picture_is_made_by_a_command_that_a_document_prints_or_by_the_scr
     assert files | others | programs <= shown()
 
 
+@pytest.mark.parametrize("document", make.DOCUMENTS, ids=lambda path: path.name)
+def test_a_picture_has_its_command_in_its_section(document):
+    for section in re.split(r"^#+ ", document.read_text(encoding="utf-8"), flags=re.MULTILINE):
+        if re.search(r"!\[[^\]]*\]\([^)]*images/", section):
+            assert re.search(r"^```(sh|python)$", section, re.MULTILINE), section.splitlines()[0]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] in QUICK], ids=lambda words: words[-1])
 def test_views_are_as_they_are_kept(words, tmp_path, capsys):
