@@ -1,6 +1,7 @@
 """Run every benchmark, each in a process of its own, and write benchmarks/RESULTS.md.
 
-python -m benchmarks.results [NAME ...]     only the named ones are measured again; the other results stay
+python -m benchmarks.results [NAME ...]     only the named ones are measured again; the other results stay. A name may
+                                            have arguments of its own, "paths error", which is a section of its own
 python -m benchmarks.results --mark         nothing is measured; results that are older than their code are marked
 
 Without a name, it runs those that measure time, in less than 30 minutes. The others (``COUNTED``) count errors of many
@@ -94,25 +95,26 @@ changed since then is marked.
 def main(names: list[str]) -> int:
     """Run the benchmarks, and write the results. Returns the exit code: 1 if a benchmark failed, 2 for wrong names."""
     old = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
-    parts = dict(re.findall(r"^## `python -m benchmarks\.(\w+).*?`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
+    parts = dict(re.findall(r"^## `python -m benchmarks\.(.+?)`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
     if names == ["--mark"]:
         write(parts)
         return 0
-    if unknown := [name for name in names if name not in BENCHMARKS]:
+    if unknown := [name for name in names if name.partition(" ")[0] not in BENCHMARKS]:
         print(f"no benchmark is called {unknown[0]!r}: use some of {', '.join(BENCHMARKS)}", file=sys.stderr)
         return 2
     failed = False
     begin = time.perf_counter()
     for name in names or [name for name in BENCHMARKS if name not in COUNTED]:
         start = time.perf_counter()
-        command = [sys.executable, "-m", f"benchmarks.{name}", *BENCHMARKS[name]]
+        words = name.split() if name not in BENCHMARKS else [name, *BENCHMARKS[name]]
+        command = [sys.executable, "-m", f"benchmarks.{words[0]}", *words[1:]]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             lines = done.stderr.strip().splitlines() or [f"it ended with exit code {done.returncode}"]
             print(f"{name} failed: {lines[-1]}", file=sys.stderr)
             failed = True
             continue
-        parts[name] = f"\n{without_messages(done.stdout)}\n\n"
+        parts[" ".join(words)] = f"\n{without_messages(done.stdout)}\n\n"
         write(parts)
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
     print(f"all: {(time.perf_counter() - begin) / 60:.1f} minutes")
@@ -126,10 +128,11 @@ def without_messages(output: str) -> str:
 
 
 def write(parts: dict[str, str]) -> None:
-    """Write the outputs (name → text) into RESULTS.md, in the order of ``BENCHMARKS``, and mark those that are old."""
-    titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}
-    text = "\n".join(f"## `{titles[name]}`\n\n{marked(name, parts[name])}\n" for name in BENCHMARKS if name in parts)
-    RESULTS.write_text(HEAD + text, encoding="utf-8")
+    """Write the outputs (name and arguments → text) into RESULTS.md, by benchmark, and mark those that are old."""
+    order = {name: k for k, name in enumerate(BENCHMARKS)}
+    titles = sorted(parts, key=lambda title: order[title.split()[0]])
+    texts = [f"## `python -m benchmarks.{title}`\n\n{marked(title.split()[0], parts[title])}\n" for title in titles]
+    RESULTS.write_text(HEAD + "\n".join(texts), encoding="utf-8")
 
 
 def marked(name: str, text: str) -> str:
