@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support import start
 
+from taichi_tracer.fast.kept_forms import KEPT
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 
@@ -22,6 +23,12 @@ def precision(request):
     """Taichi in each precision; its name."""
     start(request.param)
     return request.param
+
+
+@pytest.fixture(scope="session", autouse=True)
+def forms_of_no_other_process():
+    """What other processes compiled on this machine does not choose the forms of the tests' pictures."""
+    KEPT._known, KEPT.path = {}, lambda: None
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -58,8 +65,8 @@ def pytest_collection_modifyitems(config, items):
     more samples. TAICHI_TRACER_LONG=1 runs the first case of each long test, as .ci/run does. A test is exhaustive if
     it repeats what long tests check, with everything that the package has. TAICHI_TRACER_LONG=all runs every case of
     every test. The number of a commit, in hexadecimal digits after "part-", runs nothing but a fortieth of what is
-    left: another one for most commits. TAICHI_TRACER_QUARTER, with such a number, runs a quarter of the files: another one
-    for most commits.
+    left: another one for most commits. TAICHI_TRACER_QUARTER, with such a number, runs a quarter of the files: another
+    one for most commits.
     """
     if quarter := os.environ.get("TAICHI_TRACER_QUARTER"):
         files = {item: zlib.crc32(item.path.relative_to(config.rootpath).as_posix().encode()) for item in items}
