@@ -179,7 +179,7 @@ def test_the_receipt_has_the_numbers_that_decided():
     )
     assert "their search    one by one: more than 8 triangles for each pixel" in receipt
     view = tt.A1Renderer(tt.scene_from_mesh(*SQUARE), 24, 16).render()
-    told = "their search    one by one: 1 × 384 rays so far; packets are worth their compilation from 33,554,432 on"
+    told = "their search    one by one: 1 × 384 rays so far; packets are worth their start from 33,554,432 on"
     assert told in view.receipt()
     view.eye_rays.use_packets = True
     view.camera.version += 1
