@@ -8,7 +8,7 @@ USER_ERROR = 2  # exit code, as in ``apps.words``
 
 # New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of
 # the time until the first picture, because modules and the syntax trees of kernels are many objects that stay.
-OBJECTS_BETWEEN_COLLECTIONS = 50_000
+OBJECTS_BETWEEN_COLLECTIONS = 200_000
 COUNTS_AT_THE_END = "OpenImageIO"  # a library that prints a page about each of its objects that is left over
 
 

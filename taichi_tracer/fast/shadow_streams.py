@@ -161,7 +161,7 @@ class ShadowStreams:
         elif ti.static(self.intersector.blocks.has_test and self.intersector.is_plain_geometry):
             for block in range(first >> BLOCK_BITS, (first + number + BLOCK - 1) >> BLOCK_BITS):
                 counts = self.filter_triangles(c, at, count, lists, block)
-                for k in ti.static(range(BLOCK)):
+                for k in range(BLOCK):  # a loop that runs: the code of a triangle is there once
                     if counts[k] > 0:
                         self.try_triangle(c, octant, lists + k * count, counts[k], (block << BLOCK_BITS) + k)
         else:

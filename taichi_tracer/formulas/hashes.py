@@ -6,6 +6,7 @@ Sums and products are modulo 2^32, as those of unsigned words are.
 import taichi as ti
 
 from taichi_tracer.system import runtime
+from taichi_tracer.system.seams import in_kernels
 
 
 @ti.func
@@ -31,22 +32,20 @@ def _mix(a, b, c, d):
     return a1, b1, c1, d1
 
 
-@ti.func
+@in_kernels
 def plus(a, b):
     """a + b modulo 2^32. Debug mode reports every overflow, and therefore gets a sum of 64 bits."""
-    if ti.static(runtime.checks_overflow()):
+    if runtime.checks_overflow():
         return ti.cast(ti.cast(a, ti.u64) + ti.cast(b, ti.u64), ti.u32)
-    else:  # noqa: RET505 (without it, both would be compiled)
-        return a + b
+    return a + b
 
 
-@ti.func
+@in_kernels
 def times(a, b):
     """a b modulo 2^32, as ``plus``."""
-    if ti.static(runtime.checks_overflow()):
+    if runtime.checks_overflow():
         return ti.cast(ti.cast(a, ti.u64) * ti.cast(b, ti.u64), ti.u32)
-    else:  # noqa: RET505
-        return a * b
+    return a * b
 
 
 @ti.func

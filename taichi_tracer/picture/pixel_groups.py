@@ -10,6 +10,7 @@ import taichi.math as tm
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import Memory
+from taichi_tracer.system.seams import in_kernels
 
 GROUP_BITS = 2
 GROUP = 1 << GROUP_BITS  # pixels along each side of a group
@@ -41,33 +42,41 @@ class PixelGroups:
             node.dense(ti.l, PIXELS).place(*self.lanes)
 
     @ti.func
-    def number(self, x, y, half, channel: ti.template() = 0):
-        """The number of a pixel, or of one channel of its colour."""
-        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+    def number(self, x, y, half):
+        """The number of a pixel."""
         if ti.static(self.has_vectors):
-            return self.lanes[channel][i, k, half][lane]
+            return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)]
         else:  # noqa: RET505 (without it, both would be compiled)
-            return self.lanes[channel][i, k, half, lane]
+            return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half, lane_of(x, y)]
 
     @ti.func
-    def set_number(self, x, y, half, number, channel: ti.template() = 0):
-        """Set the number of a pixel, or of one channel of its colour."""
-        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+    def set_number(self, x, y, half, number):
+        """Set the number of a pixel."""
         if ti.static(self.has_vectors):
-            self.lanes[channel][i, k, half][lane] = number
+            self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)] = number
         else:
-            self.lanes[channel][i, k, half, lane] = number
+            self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half, lane_of(x, y)] = number
 
     @ti.func
     def colour(self, x, y, half):
         """The colour of a pixel."""
-        return tm.vec3(self.number(x, y, half, 0), self.number(x, y, half, 1), self.number(x, y, half, 2))
+        i, k, lane, found = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y), tm.vec3(0)
+        for channel in ti.static(range(3)):
+            if ti.static(self.has_vectors):
+                found[channel] = self.lanes[channel][i, k, half][lane]
+            else:
+                found[channel] = self.lanes[channel][i, k, half, lane]
+        return found
 
     @ti.func
     def set_colour(self, x, y, half, colour):
         """Set the colour of a pixel."""
+        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
         for channel in ti.static(range(3)):
-            self.set_number(x, y, half, colour[channel], channel)
+            if ti.static(self.has_vectors):
+                self.lanes[channel][i, k, half][lane] = colour[channel]
+            else:
+                self.lanes[channel][i, k, half, lane] = colour[channel]
 
     def read(self, memory: Memory) -> np.ndarray:
         """[x, y, half] the numbers, or [x, y, half, channel] the colours; ``memory`` is that of the fields."""
@@ -93,7 +102,7 @@ class PixelGroups:
         return groups.transpose(0, 2, 4, 1, 3).reshape(across, upwards, halves, PIXELS)
 
 
-@ti.func
+@in_kernels
 def lane_of(x, y):
     """The lane of a pixel within its group."""
     return (x & (GROUP - 1)) << GROUP_BITS | (y & (GROUP - 1))

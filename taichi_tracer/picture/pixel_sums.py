@@ -78,9 +78,13 @@ class PixelSums:
     @ti.func
     def move_half(self, other: ti.template(), x, y, source, half):
         """Add all samples that one half of a pixel has on another film, or on this one, to a half of this film."""
-        for part in ti.static((other.total, other.rest)):
-            self.add_to_half(x, y, half, part.colour(x, y, source))
-        self.add_to_half(x, y, half, other.residue[x, y, source])
+        for part in range(3):  # a loop that runs in the kernel: the code of ``add_to_half`` is there once
+            value = other.residue[x, y, source]
+            if part == 0:
+                value = other.total.colour(x, y, source)
+            elif part == 1:
+                value = other.rest.colour(x, y, source)
+            self.add_to_half(x, y, half, value)
         self.count_in_half(x, y, half, other.half_count.number(x, y, source))
 
     @ti.func

@@ -145,6 +145,18 @@ PATCHES = (
         },
     ),
     Patch(
+        "vectors",
+        "0.07 s: sums and products of vectors are written without reading functions for them",
+        {
+            "taichi.lang.matrix_ops:sum": ("mat", "vectors:summing"),
+            "taichi.lang.matrix_ops:dot": ("vec_x vec_y", "vectors:multiplying"),
+            "taichi.lang.matrix_ops:norm_sqr": ("mat", "vectors:squaring"),
+            "taichi.lang.matrix_ops:cross": ("vec_x vec_y", "vectors:crossing"),
+            "taichi.math:dot": ("x y", "vectors:multiplying"),
+            "taichi.math:cross": ("x y", "vectors:crossing"),
+        },
+    ),
+    Patch(
         "powers",
         "no time: a power of a power does not end the process",
         {"taichi.lang.common_ops:TaichiOperations.__pow__": ("self other modulo", "powers:of_a_value")},
