@@ -59,15 +59,17 @@ def shared(v):
     return components(v.x, v.y, v.z)
 
 
-@ti.func
+@in_kernels
 def larger(a, b):
     """max, written so that the compiler uses vector instructions."""
+    a, b = impl.expr_init(a), impl.expr_init(b)
     return ti.select(a > b, a, b)
 
 
-@ti.func
+@in_kernels
 def smaller(a, b):
     """min, written so that the compiler uses vector instructions."""
+    a, b = impl.expr_init(a), impl.expr_init(b)
     return ti.select(a < b, a, b)
 
 

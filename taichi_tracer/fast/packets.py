@@ -131,7 +131,7 @@ class Packets:
         self.near_plane, self.far_plane = (ti.Vector.field(BLOCK, float) for _ in range(2))
         # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
         # read from memory.
-        self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))
+        self.lanes, self.groups, self.axes = (ti.field(ti.i32) for _ in range(3))
 
         # A vector across the border of two lines of the cache takes two accesses. Therefore vectors of sixteen lanes
         # come first, and everything behind them fills whole lines too: four axes instead of three, and more numbers
@@ -151,9 +151,9 @@ class Packets:
         group.place(self.triangle_id, self.heading, self.is_undecided)
         place.dense(ti.j, 4).place(self.near_plane, self.far_plane, self.group_low, self.group_high)
         place.place(self.group_reach, self.fetched)
-        self._memory.fields.place(self.lanes, self.groups)
+        self._memory.fields.place(self.lanes, self.groups, self.axes)
         self._memory.allocate()
-        self.lanes[None], self.groups[None] = LANES, GROUPS
+        self.lanes[None], self.groups[None], self.axes[None] = LANES, GROUPS, 3
         if has_spheres:
             self.spheres = SphereLanes(places)
 
@@ -197,7 +197,7 @@ class Packets:
             self.group_reach[c][g] = greatest(self.reach[c, g])
             self.shear_x[c, g] = self.d[c, g, x] / self.d[c, g, z]
             self.shear_y[c, g] = self.d[c, g, y] / self.d[c, g, z]
-            for k in ti.static(range(3)):
+            for k in range(self.axes[None]):
                 low = least(ti.select(is_at_work, self.i[c, g, k], lanes(tm.inf)))
                 high = greatest(ti.select(is_at_work, self.i[c, g, k], lanes(-tm.inf)))
                 self.group_low[c, k][g], self.group_high[c, k][g] = low, high
@@ -291,7 +291,7 @@ class Packets:
         for k in ti.static(range(3)):
             self.find_planes(c, common, blocks, block, k)
         mask = 0
-        for g in ti.static(range(GROUPS)):
+        for g in range(self.groups[None]):
             mask |= (self.boxes_met(c, g, common, t_min) & ((2 << used) - 2)) << (BLOCK * g)
         return mask
 
@@ -306,7 +306,7 @@ class Packets:
 
     @ti.func
     @in_own_block(1)
-    def boxes_met(self, c, g: ti.template(), common, t_min):
+    def boxes_met(self, c, g, common, t_min):
         """``lanes_of`` the boxes between the kept planes that a group may meet, nearer than its own hits."""
         t_near, t_far = ti.Vector([t_min] * BLOCK), ti.Vector([self.group_reach[c][g]] * BLOCK)
         for k in ti.static(range(3)):

@@ -383,11 +383,12 @@ class WideBVH(FastIntersector):
     @ti.func
     def trace_packet(self, packets: ti.template(), c, origin, t_min):
         """``nearest`` for the rays of a packet, one heading after the other. The hits are stored in the packet."""
-        heading = packets.next_heading(c)
+        heading = 0
         while heading >= 0:
-            common = packets.take_heading(c, heading, origin, self)
-            self.trace_heading(packets, c, common, t_min)
             heading = packets.next_heading(c)
+            if heading >= 0:
+                common = packets.take_heading(c, heading, origin, self)
+                self.trace_heading(packets, c, common, t_min)
 
     @ti.func
     def trace_heading(self, packets: ti.template(), c, common, t_min):
