@@ -75,9 +75,10 @@ def score(view: dict[str, Any], surface: Surface) -> float:
     point = np.flatnonzero((z > 0) & (abs(x) < half) & (abs(y) < half))
     place = (np.stack([x, y])[:, point] / half[point] + 1) / 2 * CELLS
     cell = place.astype(np.int64).T @ (1, CELLS)
-    order = np.lexsort((z[point], cell))
-    _, first = np.unique(cell[order], return_index=True)
-    seen = point[order][first]
+    nearest = np.full(CELLS**2, -1)
+    far_first = np.argsort(z[point], kind="stable")[::-1]
+    nearest[cell[far_first]] = point[far_first]  # of several numbers for one cell, the last one stays
+    seen = nearest[nearest >= 0]
     if len(seen) == 0:
         return 0.0
     is_front = (surface.normals[seen] * (eye - surface.points[seen])).sum(axis=1) > 0

@@ -25,6 +25,7 @@ from taichi.lang import impl
 from taichi_tracer.system import processors, trial
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.importing import quick_frames
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -162,7 +163,8 @@ def patches() -> dict[str, str]:
     """
     folder = f"{__package__}.taichi_17"
     try:
-        return importlib.import_module(f"{folder}.patches").apply()
+        with quick_frames():  # the patches name modules of Taichi that are not imported yet
+            return importlib.import_module(f"{folder}.patches").apply()
     except ModuleNotFoundError as error:
         if error.name is None or not folder.startswith(error.name):
             raise
