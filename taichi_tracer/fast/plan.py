@@ -68,8 +68,11 @@ class FastPlan(Plan):
     def __init__(self, renderer: Any, why: str) -> None:
         super().__init__(renderer, why)
         self.may_keep_hits = why == ""
-        self.passes = 0  # over all pixels, for all pictures so far
-        self.passes_expected = 0.0  # for the present picture
+        self.passes, self.passes_before = (
+            0,
+            0,
+        )  # over all pixels, for all pictures so far; before the present ``render``
+        self.passes_expected = 0.0  # for the present ``render``
         self._integrators = Recent(KEPT_INTEGRATORS)
         self._timed: Any = None  # the estimator of ``seconds_of_others``
         self.seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
@@ -105,6 +108,7 @@ class FastPlan(Plan):
             self._timed, self.seconds_of_others = r.active, 0.0
         elif not is_continued:
             self.seconds_of_others += r.rendered_seconds
+        self.passes_before = self.passes
         passes = self.passes_expected = target.passes(pixels_in(r.film.ranges))
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
         is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
@@ -166,7 +170,7 @@ class FastPlan(Plan):
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
         passes = max(self.passes_expected, target.passes(pixels))
-        return (self.passes + passes) * pixels >= MUCH and KEPT.are_worth(key_of(r, scene, integrator))
+        return (self.passes_before + passes) * pixels >= MUCH and KEPT.are_worth(key_of(r, scene, integrator))
 
     def will_take_tiles(self, integrator: Any, target: Target) -> bool | None:
         """True if they are kept; None if that is not known yet."""

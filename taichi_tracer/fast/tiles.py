@@ -38,7 +38,9 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-MUCH = 6_000_000  # samples of all pixels: from then on, kept tiles gain more than the 0.6 s that their start takes
+MUCH = (
+    4_000_000  # samples of all pixels: from then on, kept tiles gain more than the half second that their start takes
+)
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 

@@ -72,6 +72,10 @@ def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_b
     renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
     assert not renderer.plan.in_tiles  # 4,096 samples are soon taken
     plain = renderer.image()
+    monkeypatch.setattr(plan, "MUCH", 5 * 1024)
+    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
+    assert not renderer.plan.in_tiles  # no form changes within a picture: both would be read
+    assert renderer.render(4).plan.in_tiles
     monkeypatch.setattr(plan, "MUCH", 4096)
     renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
     assert renderer.plan.in_tiles
