@@ -94,10 +94,10 @@ class Interruption:
             kernel is compiled, so that the system may end the process; None if that cannot be done.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, has_come: Callable[[], bool] = lambda: True) -> None:
         self.number: int | None = None
         self.is_rendering = False
-        self.has_come: Callable[[], bool] = lambda: True
+        self.has_come = has_come
         self.keep: Callable[[], object] | None = None
         self._since = 0.0
         self._former: dict[int, object] = {}
@@ -126,6 +126,8 @@ class Interruption:
             KeyboardInterrupt: a signal has come, and something was rendered: this ends the rendering.
         """
         if not self.has_come():
+            if self.number is not None:
+                leave(self.number)
             return True
         if self.number is not None:
             raise KeyboardInterrupt

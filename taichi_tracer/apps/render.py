@@ -90,7 +90,7 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
                 if bounces is not None:
                     renderer.bounces = bounces
                 render = renderer.render if elsewhere is None else elsewhere.renders(renderer, (i, j, bounces))
-                with Interruption() as interruption:
+                with Interruption(has_come=lambda: False) as interruption:  # nothing, until there are samples
                     is_in_place &= make_picture(renderer, picture, request, path, clock, interruption, render)
                 if interruption.number is not None:
                     of = "" if args.spp is None else f" of {args.spp}"

@@ -165,10 +165,17 @@ def test_a_signal_that_came_before_a_kernel_is_compiled_ends_the_rendering():
 
 
 def test_where_nothing_has_come_a_signal_ends_the_process_at_once(left):
-    with Interruption() as caught:
-        caught.has_come = lambda: False
+    with Interruption(has_come=lambda: False):
         os.kill(os.getpid(), signal.SIGTERM)
     assert left == [signal.SIGTERM]
+
+
+def test_a_signal_that_came_earlier_ends_the_process_before_a_kernel_is_compiled_if_nothing_has_come(left):
+    with Interruption() as caught:
+        os.kill(os.getpid(), signal.SIGINT)
+        caught.has_come = lambda: False
+        assert caught.lets_go()
+    assert left == [signal.SIGINT]
 
 
 @pytest.mark.long
