@@ -48,6 +48,12 @@ def needs_patch(name: str) -> None:
         pytest.skip(f"patch {name}: {reason}")
 
 
+def needs_lanes() -> None:
+    """Skip the test where samples are not taken tile by tile."""
+    if not runtime.can("lanes"):
+        pytest.skip("no tiles on this backend")
+
+
 def needs_arrays() -> None:
     """Skip the test where fields are Taichi's own, and not in numpy's memory."""
     needs_patch("arguments")

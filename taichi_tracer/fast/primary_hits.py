@@ -259,8 +259,20 @@ class PrimaryHits:
             while piece < self.turns.pieces:
                 for k in range(piece * PIECE, ti.min((piece + 1) * PIECE, self.across * self.upwards)):
                     first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
-                    self.trace_packet(c, first_x, first_y, seed, index)
+                    if self.is_asked_for(first_x, first_y, index):
+                        self.trace_packet(c, first_x, first_y, seed, index)
                 piece = self.turns.next_piece()
+
+    @ti.func
+    def is_asked_for(self, packet_x, packet_y, index):
+        """Whether any group of a packet takes a sample in this pass."""
+        is_asked = not self.shares.are_kept
+        if ti.static(self.shares.are_kept):
+            for g in range(self.packets.groups[None]):
+                tile_x, tile_y = packet_x * SIDE + (g >> SIDE_BITS), packet_y * SIDE + (g & (SIDE - 1))
+                if tile_x * TILE < self.width and tile_y * TILE < self.height:
+                    is_asked = is_asked or self.shares.takes_group(tile_x, tile_y, index)
+        return is_asked
 
     @ti.func
     def trace_packet(self, c, packet_x, packet_y, seed, index):

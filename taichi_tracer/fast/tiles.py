@@ -194,6 +194,8 @@ class Tiles:
                 # Pixels come in groups, which are those whose eye rays are kept side by side.
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
+                        if not of.shares.takes_group(group_x, group_y, index):
+                            continue
                         if self.begin_group(c, of.eye_rays, group_x, group_y):
                             continue
                         self.find_numbers(c, group_x, group_y, seed, index)

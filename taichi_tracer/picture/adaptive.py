@@ -11,11 +11,12 @@ image synthesis", SIGGRAPH 1991).
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS
 from taichi_tracer.system import memory
 
 SHARE_BITS = 8
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
-PILOT = 16  # samples per pixel in the pilot
+PILOT = 8  # samples per pixel in the pilot
 PILOT_SEED = 0x9E3779B9  # combined with the seed, so that the pilot has other random numbers than the picture
 SMALLEST = 1 / 8  # the smallest share of a pixel: if the pilot saw no noise in it, it may have missed some
 # All pixels above this quantile of the deviation have the share 1. Without it, a few very noisy pixels would determine
@@ -26,6 +27,8 @@ MOST = 0.99
 @ti.data_oriented
 class Shares:
     """The share of the passes in which each pixel takes a sample, in units of 1/256.
+
+    The pixels of a group, see ``pixel_groups``, have the same share.
 
     Args:
         width, height: size of the picture in pixels.
@@ -58,6 +61,12 @@ class Shares:
             index = index * share >> SHARE_BITS
         return index, is_taken
 
+    @ti.func
+    def takes_group(self, group_x, group_y, index):
+        """Whether the pixels of a group take a sample in this pass; they have one share."""
+        _, is_taken = self.sample_of(group_x << GROUP_BITS, group_y << GROUP_BITS, index)
+        return is_taken
+
 
 def adapt(renderer):
     """Render the pilot, and set the share of every pixel. Returns the ``Progress`` of the pilot."""
@@ -77,7 +86,20 @@ def adapt(renderer):
 
 
 def shares_of(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) int32 shares in units of 1/256, from the (h, w) standard deviation of one sample of every pixel."""
+    """(h, w) int32 shares in units of 1/256, from the (h, w) standard deviation of one sample of every pixel.
+
+    All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
+    and fast forms take or leave out whole groups.
+    """
+    deviation = deviation_of_groups(deviation)
     largest = np.quantile(deviation, MOST)
     share = deviation / largest if largest > 0 else np.ones_like(deviation)
     return np.ceil(np.clip(share, SMALLEST, 1) * WHOLE).astype(np.int32)
+
+
+def deviation_of_groups(deviation: np.ndarray) -> np.ndarray:
+    """(h, w) the root of the mean square of (h, w) deviations over the 4 × 4 pixels of each group, top row first."""
+    height, width = deviation.shape
+    square = np.pad(np.square(deviation[::-1]), ((0, -height % GROUP), (0, -width % GROUP)), constant_values=np.nan)
+    groups = np.nanmean(square.reshape(square.shape[0] // GROUP, GROUP, -1, GROUP), axis=(1, 3))
+    return np.sqrt(np.kron(groups, np.ones((GROUP, GROUP)))[:height, :width])[::-1]

@@ -4,19 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from support import needs_lanes
 
 import taichi_tracer as tt
 from taichi_tracer.fast import kept_forms, plan, primary_hits
 from taichi_tracer.fast.kept_forms import COMPILED, LONG, KeptForms, key_of, key_of_packets
-from taichi_tracer.system import runtime
 from taichi_tracer.system.trial import read, write
 
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-def needs_lanes():
-    if not runtime.can("lanes"):
-        pytest.skip("no tiles on this backend")
 
 
 @pytest.fixture

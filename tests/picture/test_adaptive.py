@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support import start
+from support import needs_lanes, start
 
 import taichi_tracer as tt
-from taichi_tracer.picture.adaptive import shares_of
+from taichi_tracer.picture.adaptive import deviation_of_groups, shares_of
 
 SIZE, SPP = 32, 64
 
@@ -17,11 +17,38 @@ def scene():
 
 
 def test_shares_follow_the_deviation():
-    shares = shares_of(np.array([[0.0, 1.0], [2.0, 4.0]]))
+    shares = shares_of(np.kron([[0.0, 1.0], [2.0, 4.0]], np.ones((4, 4))))
     assert shares[0, 0] == 32
-    assert shares[1, 1] == 256
-    assert 32 < shares[0, 1] < shares[1, 0] < 256
+    assert shares[7, 7] == 256
+    assert 32 < shares[0, 7] < shares[7, 0] < 256
     np.testing.assert_array_equal(shares_of(np.zeros((2, 2))), 256)
+
+
+def test_the_pixels_of_a_group_have_one_share_that_of_the_mean_of_their_variances():
+    """Groups begin at the bottom left; those at the upper and the right edge may have fewer pixels."""
+    deviation = np.random.default_rng(2).uniform(1, 2, (10, 7))
+    grouped = deviation_of_groups(deviation)
+    assert grouped[9, 0] == pytest.approx(np.sqrt((deviation[6:10, 0:4] ** 2).mean()))
+    assert grouped[0, 6] == pytest.approx(np.sqrt((deviation[0:2, 4:7] ** 2).mean()))
+    shares = shares_of(deviation)
+    assert shares.shape == deviation.shape
+    for rows in (slice(0, 2), slice(2, 6), slice(6, 10)):
+        for columns in (slice(0, 4), slice(4, 7)):
+            assert np.ptp(shares[rows, columns]) == 0
+
+
+@pytest.mark.long
+def test_tiles_take_the_same_samples(scene):
+    """Whole groups are left out in a pass, and packets none of whose groups takes a sample."""
+    needs_lanes()
+    images = []
+    for use_tiles in (False, True):
+        renderer = tt.A2Renderer(scene, 29, 26, adaptive=True).use("mis")
+        renderer.use_tiles = use_tiles
+        images.append(renderer.render(24).image())
+        assert renderer.plan.in_tiles is use_tiles
+        assert renderer.film.counts().min() < renderer.film.counts().max()
+    np.testing.assert_array_equal(*images)
 
 
 @pytest.mark.exhaustive
