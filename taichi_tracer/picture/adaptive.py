@@ -19,8 +19,8 @@ WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pas
 PILOT = 8  # samples per pixel in the pilot
 PILOT_SEED = 0x9E3779B9  # combined with the seed, so that the pilot has other random numbers than the picture
 SMALLEST = 1 / 8  # the smallest share of a pixel: if the pilot saw no noise in it, it may have missed some
-# All pixels above this quantile of the deviation have the share 1. Without it, a few very noisy pixels would determine
-# the largest share, and all other pixels would take samples only rarely.
+# All groups above this quantile of the deviation of single pixels have the share 1. Without it, a few very noisy pixels
+# would determine the largest share, and all others would take samples only rarely, and miss light that is rarely met.
 MOST = 0.99
 
 
@@ -91,9 +91,8 @@ def shares_of(deviation: np.ndarray) -> np.ndarray:
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
     and fast forms take or leave out whole groups.
     """
-    deviation = deviation_of_groups(deviation)
     largest = np.quantile(deviation, MOST)
-    share = deviation / largest if largest > 0 else np.ones_like(deviation)
+    share = deviation_of_groups(deviation) / largest if largest > 0 else np.ones_like(deviation)
     return np.ceil(np.clip(share, SMALLEST, 1) * WHOLE).astype(np.int32)
 
 
