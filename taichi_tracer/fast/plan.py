@@ -68,10 +68,8 @@ class FastPlan(Plan):
     def __init__(self, renderer: Any, why: str) -> None:
         super().__init__(renderer, why)
         self.may_keep_hits = why == ""
-        self.passes, self.passes_before = (
-            0,
-            0,
-        )  # over all pixels, for all pictures so far; before the present ``render``
+        self.passes = 0  # over all pixels, for all pictures so far
+        self.passes_before = 0  # the same before the present ``render``
         self.passes_expected = 0.0  # for the present ``render``
         self._integrators = Recent(KEPT_INTEGRATORS)
         self._timed: Any = None  # the estimator of ``seconds_of_others``

@@ -47,6 +47,16 @@ def test_no_signal_is_swallowed_before_there_is_something_to_keep(name, code, tm
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.fixture(autouse=True)
+def heard():
+    """Signals that are ignored where the tests run in the background do what they do elsewhere."""
+    usual = {number: signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL for number in SIGNALS}
+    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 @pytest.fixture
 def left(monkeypatch):
     """The signals by which the process would have ended."""
