@@ -75,7 +75,7 @@ def score(view: dict[str, Any], surface: Surface) -> float:
     point = np.flatnonzero((z > 0) & (abs(x) < half) & (abs(y) < half))
     place = (np.stack([x, y])[:, point] / half[point] + 1) / 2 * CELLS
     cell = place.astype(np.int64).T @ (1, CELLS)
-    nearest = np.full(CELLS**2, -1)
+    nearest = np.full((CELLS + 1) ** 2, -1)  # a point at the border may be rounded into the row behind it
     far_first = np.argsort(z[point], kind="stable")[::-1]
     nearest[cell[far_first]] = point[far_first]  # of several numbers for one cell, the last one stays
     seen = nearest[nearest >= 0]

@@ -9,7 +9,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
-from taichi_tracer.formulas.first_view import best_view, guessed_up_axis, score
+from taichi_tracer.formulas.first_view import Surface, best_view, guessed_up_axis, score
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.mesh_parts import POINTS, surface_of, visible_points
 
@@ -139,3 +139,13 @@ def test_one_odd_vertex_neither_hides_the_rest_nor_ends_the_loading(odd, tmp_pat
     np.testing.assert_allclose(*seen, atol=1e-6)
     assert seen[0][2] > 1
     assert abs(seen[0][0]) < 1e-9
+
+
+def test_a_point_at_the_very_border_of_the_picture_is_counted():
+    """Its place is rounded to the number of cells: half of the picture's width is the tangent of half the angle."""
+    half = math.tan(math.radians(90) / 2)
+    border = np.nextafter(half, 0)
+    points = np.array([[border, border, -1.0], [0.0, 0.0, -1.0]])
+    surface = Surface(points, np.array([[0.0, 0.0, 1.0]] * 2), np.zeros(2, bool), 1.0)
+    view = {"eye": (0, 0, 0), "at": (0, 0, -1), "up": (0, 1, 0), "fov": 90}
+    assert score(view, surface) > 0
