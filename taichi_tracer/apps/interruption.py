@@ -16,7 +16,7 @@ from taichi_tracer.system import compiling, leftovers
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 EXIT_CODE = 128  # and the number of the signal: the exit code of a program that a signal ended
-SHORT = 0.1  # seconds of reading: the translation of such a kernel takes less than half a second
+SHORT = 0.1  # seconds of reading: the translation of such a kernel takes less than a second
 SAME = 1.0  # seconds: a signal that comes so soon after another one asks for nothing new
 
 
