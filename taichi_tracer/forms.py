@@ -102,11 +102,12 @@ class Plan:
         """The forms of the kernels that were used so far: a new one means that a kernel was compiled."""
         return frozenset({"plain"})
 
-    def expect(self, target: Any, is_continued: bool) -> None:
+    def expect(self, target: Any, is_continued: bool, passes: float | None = None) -> None:
         """Choose the forms, now that it is known how long the picture will take, as far as nothing is compiled yet.
 
         Args:
             target: the ``Target`` of ``render``. is_continued: whether the samples are added to those on the film.
+            passes: how many passes over all pixels will come, if somebody knows better than ``target``.
         """
 
     def will_take_tiles(self, integrator: Any, target: Any) -> bool | None:

@@ -118,7 +118,8 @@ class RendererOptions(TypedDict, total=False):
     first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and then
         merged.
     crop: the pixels that take samples, see ``Film``.
-    adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
+    adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``; None lets
+        a picture do so that is rendered to an error or for a time, if it is long and this is predicted to pay.
     integrator: what to render, by name or as an object; None is the first integrator that the class offers.
     fast: False runs only the plain forms; None takes the setting of the scene.
     """
@@ -129,7 +130,7 @@ class RendererOptions(TypedDict, total=False):
     seed: int
     first_sample: int
     crop: tuple[int, int, int, int] | None
-    adaptive: bool
+    adaptive: bool | None
     integrator: "str | Integrator | type[Integrator] | Enum | None"
     fast: bool | None
 
@@ -141,7 +142,7 @@ RENDERER_DEFAULTS: RendererOptions = {
     "seed": 0,
     "first_sample": 0,
     "crop": None,
-    "adaptive": False,
+    "adaptive": None,
     "integrator": None,
     "fast": None,
 }

@@ -20,7 +20,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
-from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.adaptive import OwnShares, Shares
 from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
@@ -127,21 +127,23 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
         self.jitter = self.jitters if given["jitter"] is None else bool(given["jitter"])
         self.is_random = self.jitter or self.jitters
-        self.adaptive = bool(given["adaptive"])
+        self.adaptive: bool | None = given["adaptive"]
         if self.adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self._integrators: dict[str, Integrator] = {}
-        usual = usual_sampler(self.adaptive)
+        usual = usual_sampler(bool(self.adaptive))
         chosen = PARTS.find("sampler", given["sampler"] or usual)
         if isinstance(chosen, UniformSampler):
             self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
         self.sampler: Sampler = sampler_of(chosen, self.camera)
-        self.shares = Shares(self.width, self.height, self.adaptive)
+        self.shares = Shares(self.width, self.height, bool(self.adaptive))
         self.film = self._make_film(given["crop"])
         self.fast = scene_data.fast if given["fast"] is None else bool(given["fast"])
         self.replaced = replaced(self)
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
+        may_adapt = self.adaptive is None and self.fast and self.is_random and self.film.doubles
+        self.own_shares = OwnShares(self, may_adapt)
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
@@ -165,7 +167,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
         """The film, with what the estimate of the error needs of this sampler."""
         of = self.sampler
-        keeps_deviation = self.adaptive or not (of.replicated or of.doubles)
+        keeps_deviation = bool(self.adaptive) or not (of.replicated or of.doubles)
         return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
 
     def make_plan(self) -> Plan:
@@ -288,9 +290,12 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         return self.film.unseen.counter
 
     def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
-        """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches."""
+        """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches.
+
+        Every pixel takes every sample: ``shares.range_of`` tells the indices of those that it took in the picture.
+        """
         eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-        return SampleParts(scene, integrator, eyes, self.sampler, self.shares, self.film)
+        return SampleParts(scene, integrator, eyes, self.sampler, Shares(self.width, self.height), self.film)
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -328,6 +333,10 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         if samples != 0:
             raise InputError(f"renderer: iter_counter[None] can only be set to 0, not to {samples!r}: call render")
         self.reset()
+
+    def index_of(self, sample: int) -> int:
+        """The index of a sample of this picture; that of its first one is mostly ``first_sample``."""
+        return self.first_sample + self.own_shares.first_index + sample
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""
@@ -376,6 +385,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def reset(self) -> None:
         """Forget the samples, so that the next ``render`` starts the picture again."""
+        self.own_shares.end()
         self.film.reset()
         self.error_curves.begin(self.active.name, self.state()[2:])
 
@@ -387,6 +397,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
             note_change(self._compiled_for, own)
+            self.own_shares.end()
+            self.own_shares.forget()
             self.plan = self.make_plan()
         self._compiled_for = own
         self.reset()
@@ -414,6 +426,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         lines = [*self.scene_data.receipt(), *self.plan.receipt()]
         if self.active.compensates and self.kernel_scene().compensates:
             lines.append(str(COMPENSATED))
+        lines += self.own_shares.receipt()
         if self.pilot is not None:
             lines.append(f"{'estimator':<15} {self.pilot}")
         if self.replaced:

@@ -81,7 +81,7 @@ def renderer_options(renderer: ProgressiveRenderer) -> dict[str, Any]:
     options: dict[str, Any] = {
         "camera": renderer.camera.name,
         "jitter": renderer.jitter if renderer.jitter != renderer.jitters else None,
-        "sampler": None if renderer.sampler.name == usual_sampler(renderer.adaptive) else renderer.sampler.name,
+        "sampler": None if renderer.sampler.name == usual_sampler(bool(renderer.adaptive)) else renderer.sampler.name,
         "seed": renderer.seed,
         "first_sample": renderer.first_sample,
         "crop": None if crop == (0, renderer.width, 0, renderer.height) else crop,

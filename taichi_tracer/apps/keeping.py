@@ -11,7 +11,6 @@ from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.rescue import written
 from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
-from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.progress import Progress, Target, two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import stopwatch
@@ -90,8 +89,6 @@ class Keeper:
         """Write now, beside the picture if nobody named a place; says how to go on."""
         if self.renderer.samples == 0:
             return "nothing has come yet: run the same command again"
-        if self.renderer.adaptive:
-            return f"they are in the picture, because {NOT_ADAPTIVE}"
         if self.path is None:
             self.path = str(picture.with_suffix(checkpoint.EXTENSION))
         self.keep()

@@ -8,6 +8,7 @@ from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image
+from taichi_tracer.picture.checkpoint import SHARES
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -66,6 +67,8 @@ def checked(files: list[str]) -> tuple[dict, list[list[int]]]:
 def content_of(path: str) -> tuple[dict, list[list[int]]]:
     """The arrays and the ranges of the samples of a checkpoint."""
     facts, arrays = checkpoint.read_checkpoint(path)
+    if SHARES in arrays:
+        raise InputError(f"{path}: its pixels have different numbers of samples, as adaptive sampling takes them")
     return arrays, facts["samples"]
 
 

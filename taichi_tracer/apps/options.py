@@ -5,7 +5,7 @@ from its value. An option that is not given is None unless the table says otherw
 that takes the value counts. Nothing here imports Taichi, nor anything else that is large: a help answers at once.
 """
 
-from argparse import ArgumentParser
+from argparse import ArgumentParser, BooleanOptionalAction
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -269,7 +269,12 @@ CAMERA = Group(
     ),
 )
 SPP = Option("spp", "samples per pixel", "N", at_least_one)
-ADAPTIVE = switch("adaptive", "more samples where the error is larger")
+ADAPTIVE = Option(
+    "adaptive",
+    "more samples where the error is larger (default: in long pictures with --time or --error, where it pays)",
+    "",
+    more={"action": BooleanOptionalAction},
+)
 WHEN_TO_STOP = Group(
     "when to stop",
     f"at the first that is reached; else after the samples of the scene file, or {USUAL_SPP} samples or "
@@ -410,7 +415,7 @@ def words_of(**values: Any) -> list[str]:
         if value is None or value == option.default:
             continue
         if not option.metavar:
-            words += [option.flag]
+            words += [option.flag if value else f"--no{option.flag[1:]}"]
         elif option.more.get("action") == "append":
             words += [word for one in value for word in (option.flag, one)]
         elif option.read in JOINED:

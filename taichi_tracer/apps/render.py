@@ -21,7 +21,6 @@ from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import EIGHT_BITS, encode_png
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
-from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.pilot import AUTO
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -111,8 +110,6 @@ def check_checkpoint(request: RenderRequest, count: int) -> None:
     """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
     if count > 1:
         raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
-    if request.pictures[0].samples.adaptive:
-        raise InputError(f"--checkpoint {request.checkpoint}: {NOT_ADAPTIVE}: leave out one of the two")
     if any(integrator.name == AUTO for _, integrator in request.pictures[0].views):
         raise InputError(f"--checkpoint {request.checkpoint} keeps the samples of one estimator: name it, not {AUTO}")
     check_place(request.checkpoint)
@@ -335,7 +332,8 @@ def report_fireflies(renderer: ProgressiveRenderer) -> None:
 
 def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size and samples."""
-    return f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
+    of_pixels = " on average" if renderer.shares.are_kept else ""
+    return f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp{of_pixels}"
 
 
 def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:

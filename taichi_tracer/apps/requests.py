@@ -184,7 +184,7 @@ class SamplesRequest:
     sampler: str | None
     seed: int
     jitter: bool
-    adaptive: bool
+    adaptive: bool | None
     first_sample: int
 
 

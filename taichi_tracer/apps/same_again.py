@@ -31,11 +31,11 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     if renderer.needs_light:
         environment = scene.environment
         words += ["--environment", "none" if environment is None else environment.name]
-        is_usual = renderer.sampler.name == usual_sampler(renderer.adaptive)
+        is_usual = renderer.sampler.name == usual_sampler(bool(renderer.adaptive))
         words += ["--spp", str(renderer.samples), *([] if is_usual else ["--sampler", renderer.sampler.name])]
     words += value_words(renderer)
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
-    words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
+    words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * bool(renderer.adaptive)
     words += renderer.display.words() if renderer.srgb and not renderer.has_own_display else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
     return shlex.join([*words, *camera_words(renderer.camera)])

@@ -93,12 +93,12 @@ def render(
             came is in ``checkpoint``.
     """
     from taichi_tracer.cluster.command import OnCluster
-    from taichi_tracer.files.disk import noting_reads
+    from taichi_tracer.files.disk import check_place, noting_reads
     from taichi_tracer.system.errors import InputError
 
     args = namespace(scene, options)
     if checkpoint is not None:
-        check_checkpoint(checkpoint, args.adaptive)
+        check_place(checkpoint)
     with opened(cluster) as connection, noting_reads() as paths:
         (scene_request, picture), elsewhere = requests(args), OnCluster(connection, args, paths)
         loaded = scene_request.load()
@@ -295,17 +295,6 @@ def words_of(option: str, value: Any) -> list[str]:
     if all(isinstance(one, str) for one in value):
         return [option, ",".join(value)]
     return [option, *map(str, value)]
-
-
-def check_checkpoint(path: str | Path, is_adaptive: bool) -> None:
-    """Raise an InputError if the samples of a picture cannot be kept in this file."""
-    from taichi_tracer.files.disk import check_place
-    from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
-    from taichi_tracer.system.errors import InputError
-
-    if is_adaptive:
-        raise InputError(f"cluster.render: {NOT_ADAPTIVE}: leave out checkpoint")
-    check_place(path)
 
 
 def requests(args: Namespace) -> tuple[Any, Any]:

@@ -84,8 +84,14 @@ def passes(spp: int, mean: float) -> int:
     return count
 
 
-def check_adaptive(is_adaptive: bool, sampler: Any) -> None:
-    """Raise an InputError for an adaptive picture whose error could not be estimated from ranges of samples."""
+def check_adaptive(is_adaptive: bool, sampler: Any, has_own_shares: bool = False) -> None:
+    """Raise an InputError for an adaptive picture whose error could not be estimated from ranges of samples.
+
+    Args:
+        has_own_shares: whether the renderer loaded samples of a picture that had become adaptive by itself.
+    """
+    if has_own_shares:
+        raise InputError("pixels of this checkpoint have different numbers of samples: go on without a cluster")
     if is_adaptive and sampler.doubles:
         raise InputError(
             f"--adaptive with --sampler {sampler.name} on a cluster: its error is estimated from doublings, and pixels "
@@ -103,7 +109,7 @@ class Sharing:
     """
 
     def __init__(self, cluster: Cluster, renderer: Any, parcel: Parcel, which: tuple, target: Target) -> None:
-        check_adaptive(renderer.adaptive, renderer.sampler)
+        check_adaptive(bool(renderer.adaptive), renderer.sampler, renderer.own_shares.is_on)
         self.cluster, self.renderer, self.parcel, self.which = cluster, renderer, parcel, which
         pilot = None
         if not renderer.is_current():

@@ -58,9 +58,14 @@ class PixelExplainer:
         """Whether it explains with this scene, integrator and camera, and Taichi was not started again since."""
         return not self.log.is_over() and all(one is own for one, own in zip(parts, self._of, strict=True))
 
-    def explain(self, column: int, row: int, sample: int | None, count: int) -> Explanation:
-        """The explanation of a sample of the pixel in this column from the left and this row from the top."""
-        r = self.renderer
+    def explain(self, column: int, row: int, sample: int | None, first: int, count: int) -> Explanation:
+        """The explanation of a sample of the pixel in this column from the left and this row from the top.
+
+        Args:
+            sample: which one; None is the one that is farthest from the mean.
+            first, count: the index of the first sample, and how many there are.
+        """
+        r, self.first = self.renderer, first
         x, y = column, r.height - 1 - row
         self.pixels.choose((x, x + 1), (y, y + 1))
         values = self.take(count, sample)
@@ -76,7 +81,7 @@ class PixelExplainer:
             row=row,
             x=x,
             y=y,
-            sample=r.first_sample + sample,
+            sample=first + sample,
             samples=count,
             value=values[sample],
             mean=self.film.image()[0, 0],
@@ -104,7 +109,7 @@ class PixelExplainer:
         for k in range(count):
             if sample is not None and k in (sample, sample + 1):
                 self.log.is_on[None] = int(k == sample)
-            r._take_sample(self.parts, r.seed, r.first_sample + k)
+            r._take_sample(self.parts, r.seed, self.first + k)
             values[k] = self.value.to_numpy()
         return values
 
@@ -171,13 +176,11 @@ def farthest(values: np.ndarray) -> int:
     return int(abs(values - values.mean(axis=0)).sum(axis=1).argmax())
 
 
-def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -> None:
-    """Raise an InputError if a picture has no such pixel or no such sample."""
+def check_pixel(renderer: Any, column: int, row: int) -> None:
+    """Raise an InputError if a picture has no such pixel."""
     for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
         if not 0 <= value < size:
             raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
-    if not 0 <= sample < count:
-        raise InputError(f"explain: the sample must be from 0 to {count - 1}, not {sample}")
 
 
 def explained(renderer: Any, column: int, row: int, sample: int | None, samples: int | None) -> Explanation:
@@ -185,11 +188,15 @@ def explained(renderer: Any, column: int, row: int, sample: int | None, samples:
     renderer.scene_data.check_alive()
     if not renderer.is_current():
         renderer.begin()
-    samples = max(1, renderer.film.samples) if samples is None else samples
-    check_pixel(renderer, column, row, sample or 0, samples)
+    check_pixel(renderer, column, row)
+    passes = renderer.index_of(0), renderer.index_of(renderer.film.samples)
+    first, end = renderer.shares.range_of(column, renderer.height - 1 - row, *passes)
+    samples = max(1, end - first) if samples is None else samples
+    if not 0 <= (sample or 0) < samples:
+        raise InputError(f"explain: the sample must be from 0 to {samples - 1}, not {sample}")
     scene, integrator = renderer.kernel_scene(), renderer.explained
     scene.lights.prepare(integrator.samples_lights or (integrator.needs_light and scene.samples_lights))
     former = renderer.explainer
     if former is None or not former.is_of(scene, integrator, renderer.camera):
         renderer.explainer = PixelExplainer(renderer, renderer.plain_sample_parts(scene, integrator))
-    return renderer.explainer.explain(column, row, sample, samples)
+    return renderer.explainer.explain(column, row, sample, first, samples)

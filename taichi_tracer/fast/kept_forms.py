@@ -21,7 +21,7 @@ LONG = 8.0  # seconds of rendering in which a form gains more than its compilati
 def key_of(renderer: Any, scene: Any, integrator: Any) -> str:
     """What the kernels of tiles depend on, roughly: a form that is thought to be kept, and is not, is compiled."""
     of_scene = {name: value for name, value in vars(scene.effects).items() if name != "reasons"}
-    parts = type(renderer.camera).__name__, renderer.sampler.name, integrator.name, renderer.adaptive
+    parts = type(renderer.camera).__name__, renderer.sampler.name, integrator.name, renderer.shares.are_kept
     watched = renderer.watcher is not None
     return f"{of_taichi()} {parts} {watched} {of_scene}"
 

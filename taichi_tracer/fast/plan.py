@@ -99,7 +99,7 @@ class FastPlan(Plan):
         hits.is_long = in_tiles or (r.jitter and passes < math.inf)  # new rays are kept only for the packets
         self.eye_rays, self.form = hits, KEPT_HITS
 
-    def expect(self, target: Target, is_continued: bool) -> None:
+    def expect(self, target: Target, is_continued: bool, passes: float | None = None) -> None:
         """Choose the forms; earlier passes count, too: who has rendered much will render more."""
         r = self.renderer
         if self._timed is not r.active:
@@ -107,7 +107,7 @@ class FastPlan(Plan):
         elif not is_continued:
             self.seconds_of_others += r.rendered_seconds
         self.passes_before = self.passes
-        passes = self.passes_expected = target.passes(pixels_in(r.film.ranges))
+        passes = self.passes_expected = target.passes(pixels_in(r.film.ranges)) if passes is None else passes
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
         is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
@@ -211,8 +211,9 @@ class FastPlan(Plan):
         """Take over the choice of packets, and the kept hits of a renderer with the same samples."""
         r, o = self.renderer, other.renderer
         same = r.scene_data is o.scene_data and r.camera is o.camera and r.jitter == o.jitter
+        has_shares = r.shares.are_kept or o.shares.are_kept
         are_kept = isinstance(self.eye_rays, PrimaryHits) and isinstance(other.eye_rays, PrimaryHits)
-        if same and are_kept and r.film.ranges == o.film.ranges and not (r.adaptive or o.adaptive):
+        if same and are_kept and r.film.ranges == o.film.ranges and not has_shares:
             self.eye_rays = other.eye_rays
         elif are_kept:
             self.eye_rays.use_packets = other.eye_rays.use_packets

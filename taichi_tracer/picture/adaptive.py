@@ -6,7 +6,14 @@ deviation. The samples of the pilot are then thrown away. Therefore the number o
 the samples that are added up in it, and its mean is unbiased. Sampling each pixel "until it looks good" would be
 biased, because it stops early where the first samples happen to agree (Kirk & Arvo, "Unbiased sampling techniques for
 image synthesis", SIGGRAPH 1991).
+
+Nobody has to ask for it. A long picture that is rendered to an error or for a time is its own pilot: after 16, 32, 64 …
+samples, ``gain_of`` predicts how many times fewer it would need with shares. If that is enough, the picture begins
+again, with other random numbers. Otherwise it goes on, and nothing is lost. This choice does depend on samples that may
+stay in the picture, but only a little on those of any single pixel.
 """
+
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -22,6 +29,13 @@ SMALLEST = 1 / 8  # the smallest share of a pixel: if the pilot saw no noise in 
 # All groups above this quantile of the deviation of single pixels have the share 1. Without it, a few very noisy pixels
 # would determine the largest share, and all others would take samples only rarely, and miss light that is rarely met.
 MOST = 0.99
+# A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
+# those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
+# as take longer than the compilation of other kernels. Then, the index of the first sample is another one.
+LEAST_GAIN, FIRST_LOOK = 1.3, 16
+MUCH = 1 << 22
+BEGIN = 1 << 20
+QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost
 
 
 @ti.data_oriented
@@ -51,6 +65,15 @@ class Shares:
         self.mean = float(shares.mean()) / WHOLE
         self.version += 1
 
+    def to_image(self) -> np.ndarray:
+        """What ``set`` was given."""
+        return self._memory.read(self.share).T[::-1].astype(np.int32)
+
+    def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
+        """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
+        share = int(self.share[x, y]) if self.are_kept else WHOLE
+        return first * share >> SHARE_BITS, end * share >> SHARE_BITS
+
     @ti.func
     def sample_of(self, x, y, index):
         """(the index of the next sample of a pixel, whether the pixel takes it in this pass)."""
@@ -66,6 +89,53 @@ class Shares:
         """Whether the pixels of a group take a sample in this pass; they have one share."""
         _, is_taken = self.sample_of(group_x << GROUP_BITS, group_y << GROUP_BITS, index)
         return is_taken
+
+
+class OwnShares:
+    """The shares with which a renderer began its picture again by itself.
+
+    Attributes:
+        is_on: whether the present picture has such shares. gain: the gain that was predicted.
+        may_be: whether a picture may begin again with shares at all.
+    """
+
+    def __init__(self, renderer: Any, may_be: bool) -> None:
+        self.renderer, self.may_be = renderer, may_be
+        self.is_on, self.gain = False, 1.0
+        self._forms: dict[bool, tuple] = {}  # by ``is_on``: the ``Shares`` of a renderer, and its ``Plan``
+
+    @property
+    def first_index(self) -> int:
+        """What is added to the indices of samples: the random numbers are others than those of the pilot."""
+        return BEGIN if self.is_on else 0
+
+    def begin(self, shares: np.ndarray, gain: float = 1.0) -> None:
+        """Begin the picture again with (h, w) shares of its pixels; 1 is a gain that nobody predicted."""
+        r = self.renderer
+        r.reset()
+        self._forms[False] = r.shares, r.plan
+        if True not in self._forms:
+            r.shares = Shares(r.width, r.height, keeps=True)
+            self._forms[True] = r.shares, r.make_plan()
+        r.shares, r.plan = self._forms[True]
+        r.shares.set(shares)
+        self.is_on, self.gain = True, gain
+
+    def end(self) -> None:
+        """Let all pixels take all samples again. The picture must begin again, too."""
+        if self.is_on:
+            self.is_on = False
+            self.renderer.shares, self.renderer.plan = self._forms[False]
+
+    def forget(self) -> None:
+        """Make other kernels for the next shares: those that exist belong to other values of somebody's own parts."""
+        self._forms = {}
+
+    def receipt(self) -> list[str]:
+        """One line, if the picture has such shares."""
+        told = "more samples where noise is larger, as its first ones showed"
+        told += f": {self.gain:.1f} times less time is predicted" if self.gain > 1 else ""
+        return [f"{'pixels':<15} {told}"] if self.is_on else []
 
 
 def adapt(renderer):
@@ -85,20 +155,73 @@ def adapt(renderer):
     return pilot
 
 
+def begins_again(renderer: Any, progress: Any) -> bool:
+    """Begin a picture again with shares of its pixels, if that is predicted to gain enough in the rest of its time.
+
+    Args:
+        progress: of the present call of ``render``. A picture that it has only continued goes on.
+    """
+    n, own = renderer.film.samples, renderer.own_shares
+    if own.is_on or not own.may_be or not n == progress.samples >= FIRST_LOOK or n & (n - 1) != 0:
+        return False
+    left = progress.samples_to_come
+    if not left > n:  # it may be NaN
+        return False
+    deviation = np.sqrt(renderer.film.variance_of_mean().sum(axis=2))
+    with_shares = (n + left) / max(gain_of(deviation), 1.0)
+    saved = (left - with_shares) * np.isfinite(deviation).sum()
+    pays = left >= LEAST_GAIN * with_shares and saved >= MUCH
+    if pays:
+        own.begin(shares_of(deviation), left / with_shares)
+        renderer.plan.expect(progress.target, False, with_shares)
+    return pays
+
+
+def gain_of(deviation: np.ndarray) -> float:
+    """How many times fewer samples a picture needs to the same error if its pixels have shares.
+
+    With the shares s of the pixels and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
+    uneven. Therefore one half of the pixels of each group chooses the shares, and the other half tells v. Groups
+    without noise are left out: where eye rays hit nothing, samples cost so little that leaving them out gains nothing.
+
+    Args:
+        deviation: (h, w) in proportion to the standard deviation of the mean of every pixel; NaN where it is unknown.
+    """
+    y, x = np.indices(deviation.shape)
+    halves = [deviation_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
+    square = np.square(halves).sum(axis=0)
+    is_noisy = square > QUIET * square.mean()
+    if not is_noisy.any():
+        return 0.0
+    gains = []
+    for chooses, tells in (halves, halves[::-1]):
+        s, v = shares_in(chooses, deviation)[is_noisy], np.square(tells[is_noisy])
+        gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
+    return min(gains)
+
+
 def shares_of(deviation: np.ndarray) -> np.ndarray:
     """(h, w) int32 shares in units of 1/256, from the (h, w) standard deviation of one sample of every pixel.
 
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
     and fast forms take or leave out whole groups.
     """
-    largest = np.quantile(deviation, MOST)
-    share = deviation_of_groups(deviation) / largest if largest > 0 else np.ones_like(deviation)
-    return np.ceil(np.clip(share, SMALLEST, 1) * WHOLE).astype(np.int32)
+    return np.ceil(shares_in(deviation_of_groups(deviation), deviation) * WHOLE).astype(np.int32)
+
+
+def shares_in(of_groups: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """(h, w) shares from 1/8 to 1, from the deviation of each pixel's group, and that of the pixel."""
+    largest = np.nanquantile(deviation, MOST)
+    return np.clip(of_groups / largest, SMALLEST, 1) if largest > 0 else np.ones_like(deviation)
 
 
 def deviation_of_groups(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) the root of the mean square of (h, w) deviations over the 4 × 4 pixels of each group, top row first."""
+    """(h, w) the root of the mean square of (h, w) deviations over the 4 × 4 pixels of each group, top row first.
+
+    Pixels whose deviation is NaN are left out; 0 if all of a group are.
+    """
     height, width = deviation.shape
     square = np.pad(np.square(deviation[::-1]), ((0, -height % GROUP), (0, -width % GROUP)), constant_values=np.nan)
-    groups = np.nanmean(square.reshape(square.shape[0] // GROUP, GROUP, -1, GROUP), axis=(1, 3))
+    square = square.reshape(square.shape[0] // GROUP, GROUP, -1, GROUP)
+    groups = np.nansum(square, axis=(1, 3)) / np.maximum(np.isfinite(square).sum(axis=(1, 3)), 1)
     return np.sqrt(np.kron(groups, np.ones((GROUP, GROUP)))[:height, :width])[::-1]

@@ -9,7 +9,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
 PACKAGE = "taichi_tracer."
-NOT_ADAPTIVE = "adaptive sampling cannot go on from a file"
+SHARES = "shares"  # the array of a picture whose pixels do not all take the same samples
 
 
 def facts_of(renderer) -> dict:
@@ -51,14 +51,15 @@ def full_name(part) -> str:
 
 def save(renderer, path: str | Path) -> None:
     """Write the samples of a picture into a file."""
-    if renderer.adaptive:
-        raise InputError(f"checkpoint: {NOT_ADAPTIVE}")
     if not renderer.is_random:
         name = renderer.active.name
         raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")
-    ranges = [[renderer.first_sample, renderer.first_sample + renderer.samples]]
+    ranges = [[renderer.first_sample, renderer.first_sample + renderer.film.samples]]
     renderer.film.unseen.rare = renderer.rarely_met.rows()
-    write_checkpoint(path, {"samples": ranges, **renderer.facts()}, renderer.film.to_arrays())
+    arrays = renderer.film.to_arrays()
+    if renderer.shares.are_kept:
+        arrays[SHARES] = renderer.shares.to_image()
+    write_checkpoint(path, {"samples": ranges, **renderer.facts()}, arrays)
 
 
 def load(renderer, path: str | Path) -> None:
@@ -70,4 +71,8 @@ def load(renderer, path: str | Path) -> None:
         raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {renderer.first_sample} on")
     check_kind(renderer.film, arrays, path)
     renderer.begin()
+    if SHARES in arrays and renderer.shares.are_kept:
+        renderer.shares.set(arrays[SHARES])
+    elif SHARES in arrays:
+        renderer.own_shares.begin(arrays[SHARES])
     renderer.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])

@@ -289,10 +289,9 @@ class Film(PixelSums):
 
     def shares(self) -> np.ndarray | None:
         """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
-        if not self.keeps_deviation or self.samples == 0:
-            return None  # adaptive sampling needs deviations: without them, every pixel takes every sample
         x0, x1, y0, y1 = self.crop
-        return self.counts()[x0:x1, y0:y1].T.ravel() / self.samples
+        counts = self.counts()[x0:x1, y0:y1].T.ravel()
+        return None if self.samples == 0 or (counts == self.samples).all() else counts / self.samples
 
     def share_of_largest(self, image: np.ndarray, spread: Spread | None = None) -> np.ndarray | None:
         """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.

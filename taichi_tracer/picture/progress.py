@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.picture.adaptive import adapt
+from taichi_tracer.picture.adaptive import adapt, begins_again
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.own_parts import note_numbers
 from taichi_tracer.system import compiling
@@ -210,6 +210,21 @@ class Progress:
         return max(0.0, min(left, default=math.nan))
 
     @property
+    def samples_to_come(self) -> float:
+        """The predicted number of samples until the first target is reached.
+
+        NaN if that is unknown, or if only the number of samples is a target: then nothing else shall change it.
+        """
+        found = []
+        if self.target.error is not None:
+            found.append(self.samples_left)
+        if self.target.time is not None:
+            found.append((self.target.time - self.seconds) / self.seconds_per_sample)
+        if found and self.target.spp is not None:
+            found.append(self.target.spp - self.samples)
+        return math.nan if any(math.isnan(number) for number in found) else min(found, default=math.nan)
+
+    @property
     def samples_left(self) -> float:
         """The predicted number of samples until the error target, if the error decreases as a power of their number."""
         now = [(n, e) for n, e in self.looks if n >= FIT_FROM * self.samples and e > 0]
@@ -255,7 +270,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
-        renderer.add_sample(renderer.first_sample + renderer.film.samples)
+        renderer.add_sample(renderer.index_of(renderer.film.samples))
         if looks:
             ti.sync()
         renderer.film.samples += 1
@@ -271,3 +286,5 @@ def render_until(renderer, target: Target, watch=None) -> None:
             note_numbers(renderer)
         if watch is not None:
             watch(progress)
+        if not progress.is_done and begins_again(renderer, progress):
+            renderer.progress = progress = Progress(target, pilot=progress)

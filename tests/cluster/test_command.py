@@ -47,7 +47,6 @@ def test_without_dask_one_line_says_what_to_install(where, monkeypatch, capsys):
         (["--cluster", "http://host:8786"], "--cluster http://host:8786: give tcp://host:8786"),
         (["--cluster", "tcp://host:99999"], "--cluster tcp://host:99999: give tcp://host:8786"),
         (["--cluster", "local:99999999"], "so many processes do not fit on this machine: give at most local:"),
-        (["--adaptive", "--checkpoint", "a.checkpoint"], "adaptive sampling cannot go on from a file: leave out one"),
     ],
 )
 def test_what_cannot_be_is_told_before_anything_starts(words, told, capsys):

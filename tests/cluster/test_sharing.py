@@ -60,6 +60,8 @@ def test_so_many_passes_give_a_pixel_its_samples_on_average(spp, mean, count):
 def test_adaptive_pictures_need_a_sampler_whose_error_is_no_doubling():
     check_adaptive(True, SimpleNamespace(name="niederreiter_two", doubles=False))
     check_adaptive(False, SimpleNamespace(name="niederreiter", doubles=True))
+    with pytest.raises(tt.InputError, match="different numbers of samples: go on without a cluster"):
+        check_adaptive(False, SimpleNamespace(name="niederreiter", doubles=True), True)
     with pytest.raises(tt.InputError, match="--adaptive with --sampler niederreiter on a cluster: its error"):
         check_adaptive(True, SimpleNamespace(name="niederreiter", doubles=True))
 

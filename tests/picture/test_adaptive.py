@@ -5,7 +5,8 @@ import pytest
 from support import needs_lanes, start
 
 import taichi_tracer as tt
-from taichi_tracer.picture.adaptive import deviation_of_groups, shares_of
+from taichi_tracer.picture import adaptive
+from taichi_tracer.picture.adaptive import deviation_of_groups, gain_of, shares_of
 
 SIZE, SPP = 32, 64
 
@@ -56,20 +57,20 @@ def test_it_is_unbiased_and_better(scene):
     """z of the mean of 8 pictures beyond 4 would have p < 1e-4; the noise is on a fifth of the pixels."""
     truth = tt.A2Renderer(scene, SIZE, SIZE, seed=5).use("mis").render(1024)
     plain = tt.A2Renderer(scene, SIZE, SIZE).use("mis")
-    adaptive = tt.A2Renderer(scene, SIZE, SIZE, adaptive=True).use("mis")
-    means, errors = [], {plain: [], adaptive: []}
+    shared = tt.A2Renderer(scene, SIZE, SIZE, adaptive=True).use("mis")
+    means, errors = [], {plain: [], shared: []}
     for seed in range(8):
         for renderer, values in errors.items():
             renderer.seed = seed
             renderer.begin_anew()
             renderer.render(SPP)
             values.append(((renderer.image() - truth.image()) ** 2).mean())
-        means.append(adaptive.image().mean(dtype=np.float64))
+        means.append(shared.image().mean(dtype=np.float64))
     spread = np.std(means, ddof=1) / np.sqrt(len(means)) + truth.film.variance_of_mean().mean() ** 0.5 / SIZE
     assert abs(np.mean(means) - truth.image().mean(dtype=np.float64)) < 4 * spread
-    assert np.mean(errors[adaptive]) < 0.8 * np.mean(errors[plain])
-    assert SPP <= adaptive.samples <= SPP + 1
-    counts = adaptive.film.counts()
+    assert np.mean(errors[shared]) < 0.8 * np.mean(errors[plain])
+    assert SPP <= shared.samples <= SPP + 1
+    counts = shared.film.counts()
     assert counts.mean() == pytest.approx(SPP, rel=0.05)
     assert counts.max() > 3 * counts.min() > 0
 
@@ -89,5 +90,115 @@ def test_packets_take_the_same_samples(scene):
 def test_views_have_nothing_to_adapt_to(scene):
     with pytest.raises(tt.InputError, match="adaptive sampling needs random samples"):
         tt.A1Renderer(scene, 8, 8, adaptive=True)
-    with pytest.raises(tt.InputError, match="adaptive sampling cannot go on"):
-        tt.A2Renderer(scene, 8, 8, adaptive=True).save_checkpoint("x.checkpoint")
+
+
+# ── a picture that begins again by itself ──
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    """Few samples are many."""
+    monkeypatch.setattr(adaptive, "MUCH", 1)
+
+
+def error(picture, deviation):
+    """The error of a picture with so many samples per pixel, on average, if it falls as their root."""
+    share = np.ones_like(deviation) if picture is None else picture
+    return np.sqrt((deviation**2 / share).mean() * share.mean())
+
+
+def test_the_gain_is_that_of_the_shares_and_chance_alone_gains_nothing():
+    """The variance of a mean of one pixel is a square of a normal number times its true value."""
+    rng, true = np.random.default_rng(4), np.kron(np.geomspace(0.05, 1, 64).reshape(8, 8), np.ones((8, 8)))
+    found = [gain_of(true * abs(rng.normal(size=true.shape))) for _ in range(20)]
+    wanted = (error(None, true) / error(shares_of(true) / 256, true)) ** 2
+    assert wanted > 1.5
+    assert np.median(found) == pytest.approx(wanted, rel=0.2)
+    even = [gain_of(abs(rng.normal(size=true.shape))) for _ in range(20)]
+    assert max(even) < 1.1
+    rare = [gain_of((rng.random(true.shape) < 0.002) * 1.0) for _ in range(20)]  # bright dots, anywhere
+    assert np.median(rare) <= 1
+    assert gain_of(np.zeros((9, 7))) == 0
+
+
+def test_only_pixels_that_are_noisy_count(scene):
+    """Where rays hit nothing, samples cost so little that it is no gain to take fewer; NaN is a pixel without any."""
+    deviation = np.zeros((32, 32))
+    deviation[8:24] = 1
+    assert gain_of(deviation) == pytest.approx(1)
+    deviation[:8] = np.nan
+    assert gain_of(deviation) == pytest.approx(1)
+
+
+def test_a_long_picture_of_uneven_noise_begins_again_with_shares(scene, soon):
+    """It has the samples of those indices, in each pixel as many as its share allows, and knows its error."""
+    renderer = tt.A3Renderer(scene, SIZE, SIZE).use("mis").render(error=0.02)
+    assert renderer.own_shares.is_on
+    assert renderer.error().high <= 0.02
+    assert 0 < renderer.progress.pilot.samples <= 64
+    assert "more samples where noise is larger" in "\n".join(renderer.receipt())
+    counts = renderer.film.counts()
+    assert renderer.film.samples >= counts.max() > 4 * counts.min() > 0
+    assert renderer.samples == pytest.approx(counts.mean(), abs=1)
+    y, x = 5, 20
+    explained = renderer.explain(x, SIZE - 1 - y)
+    assert explained.samples == counts[x, y]
+    np.testing.assert_array_equal(explained.mean, renderer.image()[SIZE - 1 - y, x])
+    even = tt.A3Renderer(scene, SIZE, SIZE, adaptive=False).use("mis").render(error=0.02)
+    assert renderer.samples < even.samples / 1.3
+
+
+def test_its_shares_end_with_the_picture(scene, soon):
+    renderer = tt.A3Renderer(scene, SIZE, SIZE).use("mis")
+    before = renderer.render(4).image()
+    former = renderer.shares, renderer.plan
+    renderer.begin_anew()
+    renderer.render(error=0.02)
+    own = renderer.shares, renderer.plan
+    assert all(one is not other for one, other in zip(own, former, strict=True))
+    renderer.begin_anew()
+    np.testing.assert_array_equal(renderer.render(4).image(), before)
+    assert (renderer.shares, renderer.plan) == former
+    renderer.begin_anew()
+    renderer.render(error=0.02)
+    assert (renderer.shares, renderer.plan) == own
+    renderer.use("brdf")
+    renderer.render(1)
+    assert not renderer.own_shares.is_on
+
+
+@pytest.mark.parametrize(
+    ("options", "target"),
+    [
+        ({"adaptive": False}, {"error": 0.03}),
+        ({"fast": False}, {"error": 0.03}),
+        ({"sampler": "independent"}, {"error": 0.05}),
+        ({}, {"spp": 64}),
+        ({}, {"spp": 24, "error": 0.001}),
+    ],
+)
+def test_nobody_else_begins_again(scene, soon, options, target):
+    """If only samples are counted, if it is not wanted, in the plain form, and if too few samples would be left."""
+    renderer = tt.A3Renderer(scene, SIZE, SIZE, **options).use("mis").render(**target)
+    assert not renderer.own_shares.is_on
+    assert np.ptp(renderer.film.counts()) == 0
+
+
+def test_a_short_picture_does_not_begin_again(scene):
+    assert not tt.A3Renderer(scene, SIZE, SIZE).use("mis").render(error=0.03).own_shares.is_on
+
+
+@pytest.mark.exhaustive
+def test_pictures_that_begin_again_are_unbiased(scene, soon):
+    """z of the mean of 12 pictures beyond 4 would have p < 1e-4."""
+    truth = tt.A3Renderer(scene, SIZE, SIZE, seed=5, adaptive=False).use("mis").render(4096)
+    renderer, means, again = tt.A3Renderer(scene, SIZE, SIZE).use("mis"), [], 0
+    for seed in range(12):
+        renderer.seed = seed
+        renderer.begin_anew()
+        renderer.render(error=0.03)
+        again += renderer.own_shares.is_on
+        means.append(renderer.image().mean(dtype=np.float64))
+    spread = np.std(means, ddof=1) / np.sqrt(len(means)) + truth.film.variance_of_mean().mean() ** 0.5 / SIZE
+    assert abs(np.mean(means) - truth.image().mean(dtype=np.float64)) < 4 * spread
+    assert again >= 6

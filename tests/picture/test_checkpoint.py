@@ -7,8 +7,10 @@ import taichi.math as tm
 from support import long_except, start
 
 import taichi_tracer as tt
+from taichi_tracer.apps.merge import content_of
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.files.checkpoint import read_checkpoint, write_checkpoint
+from taichi_tracer.picture.adaptive import shares_of
 from taichi_tracer.picture.checkpoint import facts_of
 
 
@@ -114,9 +116,27 @@ def test_a_refused_file_changes_nothing(scene, tmp_path):
     np.testing.assert_array_equal(other.image(), before)
 
 
-def test_adaptive_pictures_are_not_kept(scene, tmp_path):
-    with pytest.raises(tt.InputError, match="adaptive sampling cannot go on from a file"):
-        renderer(scene, adaptive=True).save_checkpoint(tmp_path / "a.checkpoint")
+@pytest.mark.parametrize("adaptive", [True, None])
+def test_a_picture_whose_pixels_have_shares_goes_on_with_them(scene, tmp_path, adaptive):
+    """No pilot is taken again; what other files hold is not added to it."""
+    path = tmp_path / "a.checkpoint"
+    whole, first, second = (renderer(scene, adaptive=adaptive) for _ in range(3))
+    for one in (whole, first):
+        one.render(1)
+        if adaptive is None:
+            one.own_shares.begin(shares_of(np.linspace(0.1, 1, one.height)[:, None] * np.ones(one.width)))
+    whole.render(12)
+    first.render(5).save_checkpoint(path)
+    second.load_checkpoint(path)
+    assert second.samples == first.samples
+    second.shares.set(second.shares.to_image())
+    while second.film.samples < whole.film.samples:
+        second.add_sample(second.index_of(second.film.samples))
+        second.film.samples += 1
+    assert len(np.unique(second.film.counts())) > 1
+    np.testing.assert_array_equal(second.image(), whole.image())
+    with pytest.raises(tt.InputError, match="its pixels have different numbers of samples"):
+        content_of(path)
 
 
 # ── what a picture depends on ──
