@@ -83,9 +83,10 @@ class Plan:
     Attributes:
         eye_rays: the object that gives the kernel its rays and hits.
         in_tiles: whether samples are taken tile by tile.
+        keeps_tiles: whether they were so far, in a plan to which this one is the next for the same picture.
     """
 
-    in_tiles = False
+    in_tiles = keeps_tiles = False
 
     def __init__(self, renderer: Any, why: str = NO_FAST_FORMS) -> None:
         self.renderer: Any = renderer

@@ -334,10 +334,6 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
             raise InputError(f"renderer: iter_counter[None] can only be set to 0, not to {samples!r}: call render")
         self.reset()
 
-    def index_of(self, sample: int) -> int:
-        """The index of a sample of this picture; that of its first one is mostly ``first_sample``."""
-        return self.first_sample + self.own_shares.first_index + sample
-
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""
         self.plan.take(index)

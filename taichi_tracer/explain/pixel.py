@@ -189,7 +189,7 @@ def explained(renderer: Any, column: int, row: int, sample: int | None, samples:
     if not renderer.is_current():
         renderer.begin()
     check_pixel(renderer, column, row)
-    passes = renderer.index_of(0), renderer.index_of(renderer.film.samples)
+    passes = renderer.first_sample, renderer.first_sample + renderer.film.samples
     first, end = renderer.shares.range_of(column, renderer.height - 1 - row, *passes)
     samples = max(1, end - first) if samples is None else samples
     if not 0 <= (sample or 0) < samples:

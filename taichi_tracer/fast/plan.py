@@ -155,7 +155,13 @@ class FastPlan(Plan):
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
             were_used = (scene, r.active, self.eye_rays, r.watcher) in self._tiles
             is_long = is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
-            is_wanted = were_used or r.use_tiles or is_long or self.has_paid(scene, r.active, r.progress.target)
+            is_wanted = (
+                were_used
+                or r.use_tiles
+                or self.keeps_tiles
+                or is_long
+                or self.has_paid(scene, r.active, r.progress.target)
+            )
             is_possible = is_wanted and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)

@@ -21,26 +21,24 @@ import taichi as ti
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS
 from taichi_tracer.system import memory
 
-SHARE_BITS = 8
+SHARE_BITS = 15
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
 PILOT = 8  # samples per pixel in the pilot
 PILOT_SEED = 0x9E3779B9  # combined with the seed, so that the pilot has other random numbers than the picture
-SMALLEST = 1 / 8  # the smallest share of a pixel: if the pilot saw no noise in it, it may have missed some
-# All groups above this quantile of the deviation of single pixels have the share 1. Without it, a few very noisy pixels
-# would determine the largest share, and all others would take samples only rarely, and miss light that is rarely met.
-MOST = 0.99
+SMALLEST = 1 / 4  # of the mean share: a pixel has at least this one. The pilot may have missed its noise.
+LEAST_MEAN, ROUNDS = 1 / 16, 16  # of the shares, and of the search for shares that are neither too small nor too few
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
-# as take longer than the compilation of other kernels. Then, the index of the first sample is another one.
-LEAST_GAIN, FIRST_LOOK = 1.3, 16
+# as take longer than the compilation of other kernels.
+LEAST_GAIN, FIRST_LOOK = 1.5, 16
 MUCH = 1 << 22
-BEGIN = 1 << 20
+BEGIN = 1 << 20  # the index of its first sample then, whose numbers no pilot had
 QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost
 
 
 @ti.data_oriented
 class Shares:
-    """The share of the passes in which each pixel takes a sample, in units of 1/256.
+    """The share of the passes in which each pixel takes a sample, in units of 1/``WHOLE``.
 
     The pixels of a group, see ``pixel_groups``, have the same share.
 
@@ -48,10 +46,11 @@ class Shares:
         width, height: size of the picture in pixels.
         keeps: whether there are shares. With False, every pixel takes a sample in every pass; no memory is used, and
             the code for shares is not compiled.
+        begin: the index of the sample that a pixel takes first, if there are shares.
     """
 
-    def __init__(self, width: int, height: int, keeps: bool = False) -> None:
-        self.are_kept, self.version, self.mean = keeps, 0, 1.0
+    def __init__(self, width: int, height: int, keeps: bool = False, begin: int = 0) -> None:
+        self.are_kept, self.begin, self.version, self.mean = keeps, begin, 0, 1.0
         if keeps:
             self._memory = memory.Memory()
             self.share = ti.field(ti.u32)
@@ -60,7 +59,7 @@ class Shares:
             self.set(np.full((height, width), WHOLE, np.int32))
 
     def set(self, shares: np.ndarray) -> None:
-        """Set the (height, width) shares of the pixels, top row first, in units of 1/256."""
+        """Set the (height, width) shares of the pixels, top row first, in units of 1/``WHOLE``."""
         self._memory.write(self.share, shares[::-1].T)
         self.mean = float(shares.mean()) / WHOLE
         self.version += 1
@@ -72,16 +71,19 @@ class Shares:
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
         share = int(self.share[x, y]) if self.are_kept else WHOLE
-        return first * share >> SHARE_BITS, end * share >> SHARE_BITS
+        first, end = (self.begin + (index * share >> SHARE_BITS) for index in (first, end))
+        return first, end
 
     @ti.func
     def sample_of(self, x, y, index):
         """(the index of the next sample of a pixel, whether the pixel takes it in this pass)."""
         is_taken = True
         if ti.static(self.are_kept):
-            share = self.share[x, y]
-            is_taken = ((index + 1) * share >> SHARE_BITS) > (index * share >> SHARE_BITS)
-            index = index * share >> SHARE_BITS
+            # index · share / WHOLE, rounded down; the product of two halves has no more than 32 bits.
+            share, high, low = self.share[x, y], index >> SHARE_BITS, index & (WHOLE - 1)
+            taken = low * share
+            is_taken = (taken & (WHOLE - 1)) + share >= WHOLE
+            index = self.begin + high * share + (taken >> SHARE_BITS)
         return index, is_taken
 
     @ti.func
@@ -104,20 +106,16 @@ class OwnShares:
         self.is_on, self.gain = False, 1.0
         self._forms: dict[bool, tuple] = {}  # by ``is_on``: the ``Shares`` of a renderer, and its ``Plan``
 
-    @property
-    def first_index(self) -> int:
-        """What is added to the indices of samples: the random numbers are others than those of the pilot."""
-        return BEGIN if self.is_on else 0
-
     def begin(self, shares: np.ndarray, gain: float = 1.0) -> None:
         """Begin the picture again with (h, w) shares of its pixels; 1 is a gain that nobody predicted."""
         r = self.renderer
         r.reset()
         self._forms[False] = r.shares, r.plan
         if True not in self._forms:
-            r.shares = Shares(r.width, r.height, keeps=True)
+            r.shares = Shares(r.width, r.height, keeps=True, begin=BEGIN)
             self._forms[True] = r.shares, r.make_plan()
-        r.shares, r.plan = self._forms[True]
+        former, (r.shares, r.plan) = r.plan, self._forms[True]
+        r.plan.keeps_tiles = former.in_tiles
         r.shares.set(shares)
         self.is_on, self.gain = True, gain
 
@@ -146,7 +144,8 @@ def adapt(renderer):
     renderer.seed, renderer.first_sample, renderer.adaptive = seed ^ PILOT_SEED, 0, False
     try:
         renderer.render(PILOT, watch=lambda _: None)
-        deviation = renderer.film.sample_deviation()
+        has_samples = renderer.film.counts().T[::-1] > 0
+        deviation = np.where(has_samples, renderer.film.sample_deviation(), np.nan)
         pilot = renderer.progress
     finally:
         renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
@@ -180,7 +179,7 @@ def begins_again(renderer: Any, progress: Any) -> bool:
 def gain_of(deviation: np.ndarray) -> float:
     """How many times fewer samples a picture needs to the same error if its pixels have shares.
 
-    With the shares s of the pixels and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
+    With the shares s of the groups and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
     uneven. Therefore one half of the pixels of each group chooses the shares, and the other half tells v. Groups
     without noise are left out: where eye rays hit nothing, samples cost so little that leaving them out gains nothing.
 
@@ -188,40 +187,59 @@ def gain_of(deviation: np.ndarray) -> float:
         deviation: (h, w) in proportion to the standard deviation of the mean of every pixel; NaN where it is unknown.
     """
     y, x = np.indices(deviation.shape)
-    halves = [deviation_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
-    square = np.square(halves).sum(axis=0)
-    is_noisy = square > QUIET * square.mean()
+    halves = [variance_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
+    both = np.nan_to_num(halves).sum(axis=0)
+    is_noisy = both > QUIET * both.mean()
     if not is_noisy.any():
         return 0.0
     gains = []
     for chooses, tells in (halves, halves[::-1]):
-        s, v = shares_in(chooses, deviation)[is_noisy], np.square(tells[is_noisy])
+        s, v = shares_in(chooses)[is_noisy], np.nan_to_num(tells[is_noisy])
         gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
     return min(gains)
 
 
 def shares_of(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) int32 shares in units of 1/256, from the (h, w) standard deviation of one sample of every pixel.
+    """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of one sample of every pixel.
 
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
-    and fast forms take or leave out whole groups.
+    and fast forms take or leave out whole groups. A pixel whose deviation is NaN, because it takes no samples, has the
+    mean share.
     """
-    return np.ceil(shares_in(deviation_of_groups(deviation), deviation) * WHOLE).astype(np.int32)
+    height, width = deviation.shape
+    share = shares_in(variance_of_groups(deviation))
+    shares = np.kron(share, np.ones((GROUP, GROUP)))[:height, :width][::-1]
+    return np.ceil(np.where(np.isfinite(deviation), shares, np.nanmean(share)) * WHOLE).astype(np.int32)
 
 
-def shares_in(of_groups: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """(h, w) shares from 1/8 to 1, from the deviation of each pixel's group, and that of the pixel."""
-    largest = np.nanquantile(deviation, MOST)
-    return np.clip(of_groups / largest, SMALLEST, 1) if largest > 0 else np.ones_like(deviation)
+def shares_in(variance: np.ndarray) -> np.ndarray:
+    """The shares of the groups, at most 1, from their variance; NaN where that is NaN.
+
+    Half of the variance that counts is that of the eight groups around: an edge in one of them goes on in the next one.
+
+    The largest share is 1. If few groups have much more noise than all others, so many have it that the mean share is
+    ``LEAST_MEAN``: a pass in which few pixels take samples takes hardly less time.
+    """
+    if not np.nanmax(variance) > 0:
+        return np.where(np.isnan(variance), np.nan, 1.0)
+    rows, columns = variance.shape
+    padded = np.pad(np.nan_to_num(variance), 1, mode="edge")
+    nine = sum(padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3))
+    wanted = np.sqrt(variance / 2 + (nine - np.nan_to_num(variance)) / 16)
+    wanted = share = wanted / np.nanmax(wanted)
+    for _ in range(ROUNDS):
+        wanted = wanted * max(1.0, LEAST_MEAN / np.nanmean(share))
+        share = np.maximum(np.minimum(wanted, 1), SMALLEST * np.nanmean(share))
+    return share
 
 
-def deviation_of_groups(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) the root of the mean square of (h, w) deviations over the 4 × 4 pixels of each group, top row first.
+def variance_of_groups(deviation: np.ndarray) -> np.ndarray:
+    """The mean square of (h, w) deviations, top row first, over the 4 × 4 pixels of each group, the lowest row first.
 
-    Pixels whose deviation is NaN are left out; 0 if all of a group are.
+    Pixels whose deviation is NaN are left out; NaN if all of a group are.
     """
     height, width = deviation.shape
     square = np.pad(np.square(deviation[::-1]), ((0, -height % GROUP), (0, -width % GROUP)), constant_values=np.nan)
     square = square.reshape(square.shape[0] // GROUP, GROUP, -1, GROUP)
-    groups = np.nansum(square, axis=(1, 3)) / np.maximum(np.isfinite(square).sum(axis=(1, 3)), 1)
-    return np.sqrt(np.kron(groups, np.ones((GROUP, GROUP)))[:height, :width])[::-1]
+    count = np.isfinite(square).sum(axis=(1, 3))
+    return np.where(count > 0, np.nansum(square, axis=(1, 3)) / np.maximum(count, 1), np.nan)

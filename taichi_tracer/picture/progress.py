@@ -270,7 +270,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
-        renderer.add_sample(renderer.index_of(renderer.film.samples))
+        renderer.add_sample(renderer.first_sample + renderer.film.samples)
         if looks:
             ti.sync()
         renderer.film.samples += 1

@@ -7,7 +7,7 @@ from support import long_except
 
 from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, has_points
-from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.adaptive import WHOLE, Shares
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.samplers.niederreiter import NiederreiterSampler, TwoNiederreiterSampler
 from taichi_tracer.samplers.sobol import SobolSampler
@@ -59,7 +59,7 @@ def test_pairs_of_lanes_are_those_of_pixels(make, keeps, rng):
     sampler.width, sampler.height = WIDTH, HEIGHT
     shares = Shares(WIDTH, HEIGHT, keeps)
     if keeps:
-        shares.set(rng.integers(1, 257, (HEIGHT, WIDTH)).astype(np.int32))
+        shares.set(rng.integers(1, WHOLE + 1, (HEIGHT, WIDTH)).astype(np.int32))
     together, alone = np.zeros((LANES, 4), np.float32), np.zeros((LANES, 4), np.float32)
     drawing = Drawing(sampler, shares)
     drawing.draw_together(13, together)
