@@ -4,6 +4,7 @@ Drivers of graphics cards differ: one cannot compile a kernel, another one ends 
 rendered in a process of its own, once for each driver, and the answer is kept beside the compiled kernels.
 """
 
+import functools
 import importlib.metadata
 import json
 import os
@@ -76,6 +77,7 @@ def picture_on(arch: str) -> tuple[float | None, str]:
     return float(words[-1]), f"in {time.perf_counter() - start:.1f} s with the start of Python"
 
 
+@functools.cache
 def versions() -> str:
     """What the answer depends on besides the driver: Taichi, and when this package was installed."""
     return f"taichi {importlib.metadata.version('taichi')}, {Path(__file__).stat().st_mtime_ns}"
