@@ -30,6 +30,7 @@ USUAL = "path"  # the estimator by default
 THEIRS = ("multijitter", "ldsampler")  # the best of its samplers on these scenes
 SPP = (4, 16, 64, 256, 1024)  # of the points of a curve of Mitsuba's
 MOST_SECONDS, MOST_SPP, LEAST_ERROR = 20, 4096, 1e-6  # a curve of ours ends at the first of these
+FIRST_LOOK, LATER = 0.05, 1.25  # seconds of the first of its points, and times those of the last one
 REFERENCE_SPP, REFERENCE_SEED, REFERENCE_SEEDS = 512, 1000, (1000, 1001)
 MANY_SIZE, MANY_REFERENCE = 128, 4096
 COMPILE = """
@@ -101,14 +102,14 @@ def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> floa
 def curve(
     renderer, error_of: Callable[[np.ndarray], float], most_seconds: float = MOST_SECONDS
 ) -> list[tuple[float, float]]:
-    """(error, seconds) of a picture that is rendered to an error, at each doubling; compiling is not counted."""
-    points, wanted = [], 4
+    """(error, seconds) of a picture that is rendered to an error, from time to time; compiling is not counted."""
+    points, next_look = [], FIRST_LOOK
 
     def look(progress) -> None:
-        nonlocal wanted
-        if progress.samples >= wanted:
+        nonlocal next_look
+        if progress.seconds >= next_look:
             points.append((error_of(renderer.image()), progress.seconds))
-            wanted *= 2
+            next_look = LATER * progress.seconds
 
     renderer.render(MOST_SPP, most_seconds, error=LEAST_ERROR, watch=look)
     return points
