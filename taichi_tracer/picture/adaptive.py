@@ -192,12 +192,12 @@ def gain_of(deviation: np.ndarray) -> float:
     y, x = np.indices(deviation.shape)
     halves = [variance_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
     both = np.nan_to_num(halves).sum(axis=0)
-    is_noisy = both > QUIET * both.mean()
+    is_noisy = (both > QUIET * both.mean()) & np.isfinite(halves).all(axis=0)
     if not is_noisy.any():
         return 0.0
     gains = []
     for chooses, tells in (halves, halves[::-1]):
-        s, v = shares_in(chooses)[is_noisy], np.nan_to_num(tells[is_noisy])
+        s, v = shares_in(chooses)[is_noisy], tells[is_noisy]
         gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
     return min(gains)
 
@@ -219,7 +219,6 @@ def shares_in(variance: np.ndarray) -> np.ndarray:
     """The shares of the groups, at most 1, from their variance; NaN where that is NaN.
 
     Half of the variance that counts is that of the eight groups around: an edge in one of them goes on in the next one.
-
     The largest share is 1. If few groups have much more noise than all others, so many have it that the mean share is
     ``LEAST_MEAN``: a pass in which few pixels take samples takes hardly less time.
     """

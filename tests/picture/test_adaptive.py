@@ -197,6 +197,10 @@ def test_only_pixels_that_are_noisy_count(scene):
     assert gain_of(deviation) == pytest.approx(1, abs=0.01)
     deviation[:8] = np.nan
     assert gain_of(deviation) == pytest.approx(1, abs=0.01)
+    deviation[:] = 0.01
+    deviation[10:14, 20:25] = 1
+    assert gain_of(deviation) > 5
+    assert gain_of(deviation[3:, 3:]) > 5  # whose last group has one pixel, and is in none of the two halves
 
 
 def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
