@@ -142,7 +142,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.replaced = replaced(self)
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
-        may_adapt = self.adaptive is None and self.fast and self.is_random and self.film.doubles
+        may_adapt = self.adaptive is None and self.is_random and self.film.doubles
         self.own_shares = OwnShares(self, may_adapt)
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong

@@ -68,7 +68,7 @@ def content_of(path: str) -> tuple[dict, list[list[int]]]:
     """The arrays and the ranges of the samples of a checkpoint."""
     facts, arrays = checkpoint.read_checkpoint(path)
     if SHARES in arrays:
-        raise InputError(f"{path}: its pixels have different numbers of samples, as adaptive sampling takes them")
+        raise InputError(f"{path}: its pixels have different numbers of samples: render the parts with --no-adaptive")
     return arrays, facts["samples"]
 
 

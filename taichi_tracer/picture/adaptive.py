@@ -135,7 +135,7 @@ class OwnShares:
     def receipt(self) -> list[str]:
         """One line, if the picture has such shares."""
         told = "more samples where noise is larger, as its first ones showed"
-        told += f": {self.gain:.1f} times less time is predicted" if self.gain > 1 else ""
+        told += f": {self.gain:.1f} times fewer are predicted" if self.gain > 1 else ""
         return [f"{'pixels':<15} {told}"] if self.is_on else []
 
 

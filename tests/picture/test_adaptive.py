@@ -244,17 +244,25 @@ def test_its_shares_end_with_the_picture(box, soon):
     ("options", "target"),
     [
         ({"adaptive": False}, {"error": 0.03}),
-        ({"fast": False}, {"error": 0.03}),
         ({"sampler": "independent"}, {"error": 0.05}),
         ({}, {"spp": 64}),
         ({}, {"spp": 24, "error": 0.001}),
     ],
 )
 def test_nobody_else_begins_again(box, soon, options, target):
-    """If only samples are counted, if it is not wanted, in the plain form, and if too few samples would be left."""
+    """If only samples are counted, if it is not wanted, and if too few samples would be left."""
     renderer = tt.A3Renderer(box, SIZE, SIZE, **options).use("mis").render(**target)
     assert not renderer.own_shares.is_on
     assert np.ptp(renderer.film.counts()) == 0
+
+
+def test_the_plain_form_begins_again_with_the_same_bits(box, soon):
+    fast, plain = (
+        tt.A3Renderer(box, 24, 24, fast=fast).use("environment").render(error=0.05) for fast in (True, False)
+    )
+    assert fast.own_shares.is_on
+    assert plain.own_shares.is_on
+    np.testing.assert_array_equal(plain.image(), fast.image())
 
 
 def test_a_short_picture_does_not_begin_again(box):
