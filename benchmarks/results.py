@@ -5,7 +5,8 @@ python -m benchmarks.results [NAME ...]     only the named ones are measured aga
 python -m benchmarks.results --mark         nothing is measured; results that are older than their code are marked
 
 Without a name, it runs those that measure time, in less than 30 minutes. The others (``COUNTED``) count errors of many
-thousand pictures, which takes hours and does not depend on the machine: they run only if they are named.
+thousand pictures, which takes hours and does not depend on the machine: they run only if they are named, as those that
+say something only on a machine with a graphics card (``WITH_A_GPU``).
 """
 
 import datetime
@@ -35,7 +36,9 @@ BENCHMARKS = {
     "claims": [],
     "cluster": ["--seconds", "30"],
     "live": [],
+    "backends": [],
 }
+WITH_A_GPU = ("backends",)
 COUNTED = ("error", "samplers", "mutants", "claims")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
@@ -79,6 +82,7 @@ MEASURED = {
         "apps/widget.py",
         "apps/live",
     ],
+    "backends": [*LIGHT, "system"],
 }
 ROOT = Path(__file__).parents[1]
 WHEN = re.compile(r"\b(\d{4}-\d\d-\d\d)(?: (\d\d:\d\d) UTC)?")
@@ -104,7 +108,7 @@ def main(names: list[str]) -> int:
         return 2
     failed = False
     begin = time.perf_counter()
-    for name in names or [name for name in BENCHMARKS if name not in COUNTED]:
+    for name in names or [name for name in BENCHMARKS if name not in COUNTED + WITH_A_GPU]:
         start = time.perf_counter()
         words = name.split() if name not in BENCHMARKS else [name, *BENCHMARKS[name]]
         command = [sys.executable, "-m", f"benchmarks.{words[0]}", *words[1:]]

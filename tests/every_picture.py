@@ -105,7 +105,8 @@ def made(folder: Path, arch: str, third: int, *mode: str) -> dict:
     """Every third picture, from a process of its own; it must be silent."""
     file = folder / f"{arch}{third}{''.join(mode)}.npz"
     command = [sys.executable, str(HERE / "every_picture.py"), arch, str(file), str(third), *mode]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (HERE.parent, HERE)))}
+    paths = [HERE.parent, HERE, *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths))}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
     told = [line for line in done.stdout.splitlines() if not line.startswith("[Taichi]")]
     assert (done.returncode, told[:20]) == (0, []), done.stderr[-2000:]

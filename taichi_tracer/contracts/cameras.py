@@ -102,7 +102,7 @@ def check_central_ray_meets_at(camera):
         o, d = (v[0] for v in rays(camera, [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]))
         distance = np.linalg.norm(at - eye)
         past = np.linalg.norm(np.cross(at - o, d))
-        limit = TOLERANCE * (distance + np.abs(eye).max())
+        limit = TOLERANCE * (distance + np.abs(eye).max() + (r - l) * camera.is_parallel)  # in world units
         assert past < limit, f"{camera.name}, {name}: the central ray passes {past:.2g} from at"
         assert (at - o) @ d > 0, f"{camera.name}, {name}: the central ray leads away from at"
 

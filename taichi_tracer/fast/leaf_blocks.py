@@ -20,6 +20,7 @@ from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import edge_functions, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
+from taichi_tracer.system import runtime
 from taichi_tracer.system.tables import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
@@ -217,5 +218,8 @@ BLOCK_TESTS = {watertight: may_pass_inside, moller_trumbore: may_solve}
 
 
 def primitives_at_once(solve, is_mixed: bool) -> int:
-    """How many primitives a ray tests together; the arguments are those of ``LeafBlocks``."""
-    return BLOCK if solve in BLOCK_TESTS and not is_mixed else 1
+    """How many primitives a ray tests together; the arguments are those of ``LeafBlocks``.
+
+    Only on a CPU several: a GPU has no vector instructions, and may round the two forms of a test differently.
+    """
+    return BLOCK if solve in BLOCK_TESTS and not is_mixed and runtime.can("separate roundings") else 1

@@ -11,6 +11,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
@@ -67,7 +68,8 @@ def watertight(o, d, v0, v1, v2):
     """On which side of each projected edge does the ray pass? (Woop, Benthin & Wald, JCGT 2(1), 2013)
 
     Returns (is_inside, t, u, v, det) as ``moller_trumbore`` does. Two triangles that share an edge compute the same
-    number for this edge, up to its sign. Therefore no ray passes between them.
+    number for this edge, up to its sign. Therefore no ray passes between them. This needs products that are ``rounded``
+    before they are subtracted.
 
     There are two deviations from the paper. First, t comes from the plane of the triangle, because the error of an
     interpolated t is proportional to the size of the triangle. Second, the projection is two dot products instead of a
@@ -101,7 +103,10 @@ def watertight(o, d, v0, v1, v2):
 @ti.func
 def edge_functions(ax, ay, bx, by, cx, cy):
     """Twice the signed areas of the projected triangles o b c, o c a and o a b: on which side of each edge o lies."""
-    return cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
+    u_edge = rounded(cx * by) - rounded(cy * bx)
+    v_edge = rounded(ax * cy) - rounded(ay * cx)
+    w_edge = rounded(bx * ay) - rounded(by * ax)
+    return u_edge, v_edge, w_edge
 
 
 @ti.func

@@ -100,11 +100,14 @@ class ByHierarchy(LampChoice):
 
     @ti.func
     def share_of_left(self, x, n, node):
-        """The probability of the left child. If no child can contribute, it is that of the powers."""
+        """The probability of the left child. If no child can contribute, it is that of the powers.
+
+        On a GPU, the quotient of a number and itself may be larger than 1.
+        """
         left, right = self.importance(x, n, 2 * node), self.importance(x, n, 2 * node + 1)
         if left + right == 0:
             left, right = self.power[2 * node], self.power[2 * node + 1]
-        return ti.select(left + right > 0, left / (left + right), 1.0)
+        return ti.select(left + right > 0, ti.min(1.0, left / (left + right)), 1.0)
 
     @ti.func
     def importance(self, x, n, node):

@@ -111,9 +111,10 @@ class SuiteResult:
         return not any(verdict.broken for verdict in self.verdicts)
 
 
-def modes_of(level: str) -> list[RayMode]:
-    """The modes that a level tries."""
-    return all_modes(with_plain=LEVELS[level].has_plain)
+def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
+    """The modes that a level tries, of the precisions that a backend has."""
+    modes = all_modes(with_plain=LEVELS[level].has_plain)
+    return [mode for mode in modes if mode.precision == "f32" or arch in ("auto", *runtime.F64_ARCHS)]
 
 
 def run(
@@ -123,6 +124,7 @@ def run(
     renderer: bool = True,
     with_leak_maps: bool = False,
     progress: Callable[[str], None] = lambda what: None,
+    arch: str = "auto",
 ) -> SuiteResult:
     """Run the suite. Starts Taichi several times: scenes made before become unusable.
 
@@ -132,6 +134,7 @@ def run(
         renderer: whether to try camera, environment, BRDFs, film and furnace, too.
         with_leak_maps: whether to make a picture of the leaks of every accelerated mode.
         progress: called with what is done next.
+        arch: which backend, as for ``runtime.init``.
     """
     size = LEVELS[level]
     cases = all_cases() if cases is None else cases
@@ -142,11 +145,11 @@ def run(
     references: dict[tuple, list] = {}
     machine = {}
     try:
-        for mode in modes_of(level) if modes is None else modes:
+        for mode in modes_of(level, arch) if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
-                runtime.init("cpu", mode.precision, mode.fast_math, force=True)
+                runtime.init(arch, mode.precision, mode.fast_math, force=True)
                 started, machine = start, machine_facts()
                 if renderer:
                     progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
@@ -316,7 +319,8 @@ def table(result: SuiteResult) -> list[str]:
         "  ".join(f"{c:<{w}}" if i == 0 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(line, widths, strict=True)))
         for line in [head, *body]
     ]
-    lines += ["", *LEGEND, default_line(), "", *ratios(result), "", *outcomes(result)]
+    where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
+    lines += ["", *LEGEND, default_line(), where, "", *ratios(result), "", *outcomes(result)]
     return lines
 
 

@@ -38,6 +38,7 @@ ABILITIES = {
     "dynamic lanes": ("cpu", "cuda"),  # a component of a vector in a field, by an index that the kernel computes
     "parallel building": ("cpu", "cuda"),  # vectors as elements of arrays that a kernel changes: trees are built so
     "lanes": ("cpu",),  # vectors of sixteen numbers, which LLVM computes at once
+    "separate roundings": ("cpu",),  # a b + c is rounded twice; elsewhere once at times, also without ``fast_math``
 }
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
@@ -79,7 +80,7 @@ def init(
         precision: "f32" or "f64", for every coordinate and colour.
         fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
             watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
-            much time it would save.
+            much time it would save. A GPU rounds quotients and roots less exactly in any case.
         force: start again even if Taichi runs with other settings. Every scene that exists then becomes unusable.
         debug: whether to check the bounds of every array access and the ``assert`` statements in kernels (slow).
         threads: the number of CPUs to use; None uses all.

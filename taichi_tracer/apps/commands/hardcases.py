@@ -19,8 +19,9 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
     )
+    parser.add_argument("--arch", metavar="NAME", default="auto", help="which backend runs the kernels")
     add_parts_option(parser)
-    parser.lists = ("rays", "surfaces")
+    parser.lists = ("rays", "surfaces", "archs")
 
 
 def run(args: Namespace) -> int:
@@ -39,7 +40,7 @@ def run(args: Namespace) -> int:
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
         check_place(Path(args.report) / "index.html")
-    count = len(hard_cases.modes_of(args.level))
+    count = len(hard_cases.modes_of(args.level, args.arch))
     with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
 
         def progress(what: str) -> None:
@@ -47,7 +48,7 @@ def run(args: Namespace) -> int:
             bar.set_description(what)
             bar.update(0 if what.startswith("renderer") else 1)
 
-        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress)
+        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress, arch=args.arch)
     print("\n".join(hard_cases.table(result)))
     if args.json is not None:
         text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False) + "\n"

@@ -1,0 +1,30 @@
+"""a b − c d with both products rounded, on every backend.
+
+Compilers for graphics cards join a product and the addition that follows it into one operation, which rounds once (a
+fused multiply–add). Taichi's compiler for CUDA does so without ``fast_math``, too, and so do drivers of Vulkan. Then
+a b − c d is no longer exactly −(c d − a b), and a ray passes between two triangles that share an edge.
+"""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer.system import runtime
+from taichi_tracer.system.seams import in_kernels
+
+LOW_BITS = 0x7FFF  # their product with the next number does not overflow
+
+
+@in_kernels
+def rounded(product):
+    """A product, rounded before anything else happens to it; on a CPU, that is the product itself."""
+    if runtime.can("separate roundings"):
+        return product
+    return _hidden(product, ti.i64 if runtime.dtype() is np.float64 else ti.i32)
+
+
+@ti.func
+def _hidden(number, integer: ti.template()):
+    """The same number, by a way through its bits that no compiler shortens: n (n + 1) is even for every n."""
+    bits = ti.bit_cast(number, integer)
+    low = bits & LOW_BITS
+    return ti.bit_cast(bits ^ (low * (low + 1) & 1), float)
