@@ -15,9 +15,9 @@ import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
-from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
+from taichi_tracer.fast.lanes import choice, components, lanes_of, larger, shared, smaller
 from taichi_tracer.fast.packets import smaller_axes
-from taichi_tracer.formulas.triangles import edge_functions, moller_trumbore, watertight
+from taichi_tracer.formulas.triangles import edge_functions, exact_difference, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
@@ -86,8 +86,14 @@ def aim_of(ray):
     size = abs(d)
     largest = ti.select(size.x > size.y and size.x > size.z, 0, ti.select(size.y > size.z, 1, 2))
     x, y, z = smaller_axes(largest << 3)
-    o = ray.origin
-    return Aim(x=x, y=y, z=z, origin=tm.vec3(o[x], o[y], o[z]), shear_x=d[x] / d[z], shear_y=d[y] / d[z])
+    o, own = in_own_axes(largest, ray.origin), in_own_axes(largest, d)
+    return Aim(x=x, y=y, z=z, origin=o, shear_x=own.x / own.z, shear_y=own.y / own.z)
+
+
+@ti.func
+def in_own_axes(largest, v):
+    """The components of a vector along the two smaller axes of a direction, and along its largest (``smaller_axes``)."""
+    return ti.select(largest == 0, v.yzx, ti.select(largest == 1, v.zxy, v))
 
 
 @ti.data_oriented
@@ -104,6 +110,7 @@ class LeafBlocks:
     def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
         self.has_test = primitives_at_once(solve, is_mixed) == BLOCK
         self.test = BLOCK_TESTS.get(solve) if self.has_test else None
+        self.finds_t = self.has_test and solve is watertight
         self.vertices = ti.Vector.field(BLOCK, float)  # of block, 3 · axis + corner
         self.ids = ti.field(ti.i32)  # of block, lane
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
@@ -185,6 +192,50 @@ class LeafBlocks:
         return mask
 
     @ti.func
+    def edges(self, aim, block):
+        """The edge functions of ``watertight`` for each triangle of a block."""
+        ax, ay = self.projected(aim, block, 0)
+        bx, by = self.projected(aim, block, 1)
+        cx, cy = self.projected(aim, block, 2)
+        return edge_functions(ax, ay, bx, by, cx, cy)
+
+    @ti.func
+    def exact_edges(self, aim, place):
+        """The edge functions of one triangle with the right signs, as ``watertight`` computes them if one is 0."""
+        ax, ay = self.projected_one(aim, place, 0)
+        bx, by = self.projected_one(aim, place, 1)
+        cx, cy = self.projected_one(aim, place, 2)
+        u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
+        if ti.static(runtime.can_widen()):
+            u, v, w = exact_difference(cx, by, cy, bx), exact_difference(ax, cy, ay, cx), exact_difference(bx, ay, by, ax)
+        return u, v, w
+
+    @ti.func
+    def projected_one(self, aim, place, corner: ti.template()):
+        """``projected`` for one triangle."""
+        along = self.component(place, corner, aim.z) - aim.origin.z
+        x = (self.component(place, corner, aim.x) - aim.origin.x) - aim.shear_x * along
+        y = (self.component(place, corner, aim.y) - aim.origin.y) - aim.shear_y * along
+        return x, y
+
+    @ti.func
+    def distances(self, ray, bounds, block):
+        """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
+        a, b, c = self.corner(0, block, 0), self.corner(0, block, 1), self.corner(0, block, 2)
+        n = stable_normals(a, b, c)
+        det = -tm.dot(shared(ray.direction), n)
+        t = -tm.dot(a - shared(ray.origin), n) / det
+        t_near, t_far = ti.Vector([-tm.inf] * BLOCK), ti.Vector([tm.inf] * BLOCK)
+        for k in ti.static(range(3)):
+            low, high = self.extremes(block, k)
+            is_forward = bounds.inverse[k] >= 0
+            near = (ti.select(is_forward, low, high) - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (ti.select(is_forward, high, low) - bounds.far_origin[k]) * bounds.inverse[k]
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+        t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+        return ti.select((t_near <= t_far) & (det != 0), t, -tm.inf)
+
+    @ti.func
     def projected(self, aim, block, corner: ti.template()):
         """Four vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
         along = self.vertices[block, 3 * aim.z + corner] - aim.origin.z
@@ -194,15 +245,30 @@ class LeafBlocks:
 
 
 @ti.func
+def is_inside(u, v, w):
+    """Whether a ray with these exact edge functions passes inside the edges (``triangles.watertight``)."""
+    return u + v + w != 0 and not ((u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0))
+
+
+@ti.func
+def stable_normals(a, b, c):
+    """``triangles.stable_normal`` of each triangle of a block."""
+    e0, e1, e2 = b - a, c - b, a - c
+    l0, l1, l2 = tm.dot(e0, e0), tm.dot(e1, e1), tm.dot(e2, e2)
+    is_0_longest = (l0 >= l1) & (l0 >= l2)
+    is_1_longest = l1 >= l2
+    p = choice(is_0_longest, e1, choice(is_1_longest, e2, e0))
+    q = choice(is_0_longest, e2, choice(is_1_longest, e0, e1))
+    return tm.cross(p, q)
+
+
+@ti.func
 def may_pass_inside(blocks: ti.template(), ray, aim, block):
     """Whether the ray passes on the same side of all three edges, or exactly through one (``triangles.watertight``).
 
     The three numbers are those of the plain test. It computes them again, exactly, if one is 0.
     """
-    ax, ay = blocks.projected(aim, block, 0)
-    bx, by = blocks.projected(aim, block, 1)
-    cx, cy = blocks.projected(aim, block, 2)
-    u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
+    u, v, w = blocks.edges(aim, block)
     return (smaller(u, smaller(v, w)) >= 0) | (larger(u, larger(v, w)) <= 0)
 
 
