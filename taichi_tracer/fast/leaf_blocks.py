@@ -1,9 +1,9 @@
 """The triangles of the leaves, in blocks of four: a ray asks one instruction which of the four it may hit.
 
 In a block, the first components of four vertices are neighbours in memory, then the second ones, and so on. Therefore
-a CPU computes at once on which sides of their edges a ray passes four triangles. This only finds candidates: a triangle
-that the ray may hit is tried with the plain test afterwards. No triangle that the plain test accepts is left out. Thus
-t, u and v have the same bits as without blocks.
+a CPU computes at once on which sides of their edges a ray passes four triangles, and their distances (``leaf_search``).
+Where it computes only the first, this finds candidates for the plain test: no triangle that this accepts is left out.
+Thus t, u and v have the same bits as without blocks.
 
 A leaf begins with a new block. A *place* is the number of a triangle in this order: four places are a block, and the
 last places of a leaf's last block may be empty.
@@ -63,6 +63,12 @@ def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces
 
 
+@ti.func
+def leaf_range(reference):
+    """The first triangle and the number of triangles of a leaf, see ``leaf_reference``."""
+    return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
+
+
 @ti.dataclass
 class Aim:
     """A ray prepared for the projection of ``triangles.watertight``.
@@ -92,7 +98,7 @@ def aim_of(ray):
 
 @ti.func
 def in_own_axes(largest, v):
-    """The components of a vector along the two smaller axes of a direction, and along its largest (``smaller_axes``)."""
+    """The components along the two smaller axes of a direction, and along its largest one (``smaller_axes``)."""
     return ti.select(largest == 0, v.yzx, ti.select(largest == 1, v.zxy, v))
 
 
@@ -107,14 +113,16 @@ class LeafBlocks:
         is_mixed: whether there are spheres among the triangles; then all primitives of a block are tried, too.
     """
 
+    is_in_one_place = True  # whether all rays see the vertices where they are stored
+
     def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
         self.has_test = primitives_at_once(solve, is_mixed) == BLOCK
         self.test = BLOCK_TESTS.get(solve) if self.has_test else None
-        self.finds_t = self.has_test and solve is watertight
-        self.vertices = ti.Vector.field(BLOCK, float)  # of block, 3 · axis + corner
+        self.has_distances = self.is_in_one_place and self.has_test and solve is watertight
+        self.vertices = ti.Vector.field(3 * BLOCK, float)  # of block, axis: the lanes of one corner after the other
         self.ids = ti.field(ti.i32)  # of block, lane
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
-        block.dense(ti.j, 9).place(self.vertices)
+        block.dense(ti.j, 3).place(self.vertices)
         block.dense(ti.j, BLOCK).place(self.ids)
 
     def put(self, tables: Tables, rows: np.ndarray, vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray) -> None:
@@ -125,7 +133,7 @@ class LeafBlocks:
         corners[is_used] = vertices[faces[own]]
         numbers = np.zeros(len(rows), np.int32)
         numbers[is_used] = ids[own]
-        tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 9, BLOCK))
+        tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
         tables.put(self.ids, numbers.reshape(-1, BLOCK))
 
     @ti.func
@@ -143,7 +151,7 @@ class LeafBlocks:
                     coordinate = tm.nan
                     if row != NO_ROW:
                         coordinate = vertices[faces[row, corner], axis]
-                    self.vertices[block, 3 * axis + corner][lane] = coordinate
+                    self.vertices[block, axis][BLOCK * corner + lane] = coordinate
 
     @ti.func
     def primitive(self, place):
@@ -153,7 +161,7 @@ class LeafBlocks:
     @ti.func
     def component(self, place, corner: ti.template(), axis):
         """A component of a vertex."""
-        return self.vertices[place >> BLOCK_BITS, 3 * axis + corner][place & (BLOCK - 1)]
+        return self.vertices[place >> BLOCK_BITS, axis][BLOCK * corner + (place & (BLOCK - 1))]
 
     @ti.func
     def triangle(self, place):
@@ -170,14 +178,17 @@ class LeafBlocks:
     @ti.func
     def corner(self, aim, block, number: ti.template()):
         """One vertex of each triangle of a block."""
-        return components(
-            self.vertices[block, number], self.vertices[block, 3 + number], self.vertices[block, 6 + number]
-        )
+        return components(self.along(block, 0, number), self.along(block, 1, number), self.along(block, 2, number))
+
+    @ti.func
+    def along(self, block, axis, number: ti.template()):
+        """A component of one vertex of each triangle of a block."""
+        return ti.Vector([self.vertices[block, axis][BLOCK * number + lane] for lane in range(BLOCK)])
 
     @ti.func
     def extremes(self, block, axis: ti.template()):
         """The smallest and the largest component along an axis of each primitive of a block."""
-        a, b, c = self.vertices[block, 3 * axis], self.vertices[block, 3 * axis + 1], self.vertices[block, 3 * axis + 2]
+        a, b, c = self.along(block, axis, 0), self.along(block, axis, 1), self.along(block, axis, 2)
         return smaller(a, smaller(b, c)), larger(a, larger(b, c))
 
     @ti.func
@@ -207,7 +218,11 @@ class LeafBlocks:
         cx, cy = self.projected_one(aim, place, 2)
         u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
         if ti.static(runtime.can_widen()):
-            u, v, w = exact_difference(cx, by, cy, bx), exact_difference(ax, cy, ay, cx), exact_difference(bx, ay, by, ax)
+            u, v, w = (
+                exact_difference(cx, by, cy, bx),
+                exact_difference(ax, cy, ay, cx),
+                exact_difference(bx, ay, by, ax),
+            )
         return u, v, w
 
     @ti.func
@@ -238,9 +253,9 @@ class LeafBlocks:
     @ti.func
     def projected(self, aim, block, corner: ti.template()):
         """Four vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
-        along = self.vertices[block, 3 * aim.z + corner] - aim.origin.z
-        x = (self.vertices[block, 3 * aim.x + corner] - aim.origin.x) - aim.shear_x * along
-        y = (self.vertices[block, 3 * aim.y + corner] - aim.origin.y) - aim.shear_y * along
+        along = self.along(block, aim.z, corner) - aim.origin.z
+        x = (self.along(block, aim.x, corner) - aim.origin.x) - aim.shear_x * along
+        y = (self.along(block, aim.y, corner) - aim.origin.y) - aim.shear_y * along
         return x, y
 
 
@@ -263,13 +278,15 @@ def stable_normals(a, b, c):
 
 
 @ti.func
-def may_pass_inside(blocks: ti.template(), ray, aim, block):
-    """Whether the ray passes on the same side of all three edges, or exactly through one (``triangles.watertight``).
-
-    The three numbers are those of the plain test. It computes them again, exactly, if one is 0.
-    """
-    u, v, w = blocks.edges(aim, block)
+def may_be_inside(u, v, w):
+    """Whether edge functions are on the same side, or 0. If one is 0, ``exact_edges`` decides."""
     return (smaller(u, smaller(v, w)) >= 0) | (larger(u, larger(v, w)) <= 0)
+
+
+@ti.func
+def may_pass_inside(blocks: ti.template(), ray, aim, block):
+    """Whether the ray passes on the same side of all three edges, or exactly through one (``triangles.watertight``)."""
+    return may_be_inside(*blocks.edges(aim, block))
 
 
 @ti.func

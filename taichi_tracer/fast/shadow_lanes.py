@@ -10,8 +10,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.lanes import LANE_BITS, LANES, any_lane, flags, lanes, larger, smaller
+from taichi_tracer.fast.leaf_blocks import leaf_range
 from taichi_tracer.fast.packet_shapes import SphereLanes, sphere_distance
-from taichi_tracer.fast.wide_bvh import leaf_range
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 

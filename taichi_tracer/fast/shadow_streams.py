@@ -18,9 +18,8 @@ import taichi.math as tm
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import WIDTH
 from taichi_tracer.fast.lanes import LANES, larger, smaller
-from taichi_tracer.fast.leaf_blocks import Aim, aim_of
+from taichi_tracer.fast.leaf_blocks import Aim, aim_of, leaf_range
 from taichi_tracer.fast.shadow_lanes import LeafLanes, ShadowLanes
-from taichi_tracer.fast.wide_bvh import leaf_range
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.ray import Ray

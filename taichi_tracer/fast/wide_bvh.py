@@ -13,10 +13,18 @@ import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
-from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, WideTree, collapse, empty_tree, quantise
+from taichi_tracer.fast.bvh_wide import WIDTH, WideTree, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
-from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, is_inside, leaf_triangles, primitives_at_once
-from taichi_tracer.fast.nearest import FastIntersector
+from taichi_tracer.fast.leaf_blocks import (
+    NO_ROW,
+    LeafBlocks,
+    aim_of,
+    in_blocks,
+    leaf_range,
+    leaf_triangles,
+    primitives_at_once,
+)
+from taichi_tracer.fast.leaf_search import LeafSearch
 from taichi_tracer.fast.packet_shapes import PACKET_TESTS
 from taichi_tracer.fast.packets import slab
 from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
@@ -34,15 +42,9 @@ STACK_STEP, DEPTH_STEP = 64, 8
 UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
 
 
-@ti.func
-def leaf_range(reference):
-    """The first triangle and the number of triangles of a leaf, see ``leaf_reference``."""
-    return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
-
-
 @ti.data_oriented
 @seams()
-class WideBVH(FastIntersector):
+class WideBVH(LeafSearch):
     """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 
     name, form, stands_in_for = "bvh", "hierarchy of eight boxes a node", BVHRayIntersector
@@ -75,7 +77,6 @@ class WideBVH(FastIntersector):
         node.dense(ti.j, WIDTH).place(self.children)
         self.blocks = self.blocks_of(geometry)
         self._memory.allocate()
-        self.solves_blocks = self.blocks.finds_t and self.is_plain_geometry
         number_type = np.uint8 if self.number_type == ti.u8 else np.int32
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
         rows = np.full(self.num_places, NO_ROW, np.int32)
@@ -194,49 +195,6 @@ class WideBVH(FastIntersector):
         return best, best_id, best_u, best_v, best_place
 
     @ti.func
-    def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place):
-        """The nearest hit in a leaf, if it is nearer than the best one so far, which is given; otherwise that one."""
-        first, count = leaf_range(reference)
-        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
-            used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-            if ti.static(self.solves_blocks):
-                u_edge, v_edge, w_edge = self.blocks.edges(aim, block)
-                lowest, highest = smaller(u_edge, smaller(v_edge, w_edge)), larger(u_edge, larger(v_edge, w_edge))
-                mask = lanes_of((lowest >= 0) | (highest <= 0))
-                if mask != 0:
-                    distances = self.blocks.distances(ray, bounds, block)
-                    while mask != 0:
-                        k = first_lane(mask)
-                        place = (block << BLOCK_BITS) + k
-                        mask &= mask - 1
-                        u, v, w, t = u_edge[k], v_edge[k], w_edge[k], distances[k]
-                        primitive_id = self.blocks.primitive(place)
-                        if u == 0 or v == 0 or w == 0:
-                            u, v, w = self.blocks.exact_edges(aim, place)
-                            if not is_inside(u, v, w):
-                                t = -tm.inf
-                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
-                            total = u + v + w
-                            best, best_id, best_u, best_v, best_place = t, primitive_id, v / total, w / total, place
-            else:
-                mask = self.blocks.candidates(ray, aim, block, used)
-                while mask != 0:
-                    place = (block << BLOCK_BITS) + first_lane(mask)
-                    mask &= mask - 1
-                    t, u, v, primitive_id = self.try_at(place, ray, bounds, aim, t_min)
-                    if t_min < t and (t < best or (t == best and primitive_id < best_id)):
-                        best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
-        return best, best_id, best_u, best_v, best_place
-
-    @ti.func
-    def try_at(self, place, ray, bounds, aim, t_min):
-        """(t, u, v, number) of the primitive at a place; t is −∞ for a miss."""
-        primitive_id = self.blocks.primitive(place)
-        v0, v1, v2 = self.blocks.triangle(place)
-        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
-        return t, u, v, primitive_id
-
-    @ti.func
     def is_blocked(self, ray, t_min, t_max):
         """Whether anything is hit with t_min < t < t_max.
 
@@ -265,40 +223,6 @@ class WideBVH(FastIntersector):
                     top -= 1
                     following = waiting[top]
                 reference = following
-        return blocked
-
-    @ti.func
-    def blocks_in_leaf(self, reference, ray, bounds, aim, t_min, t_max):
-        """Whether a leaf has a hit with t_min < t < t_max."""
-        blocked = False
-        first, count = leaf_range(reference)
-        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
-            used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-            if ti.static(self.solves_blocks):
-                u, v, w = self.blocks.edges(aim, block)
-                lowest, highest = smaller(u, smaller(v, w)), larger(u, larger(v, w))
-                passed = (lowest >= 0) | (highest <= 0)
-                if lanes_of(passed) != 0:
-                    t = self.blocks.distances(ray, bounds, block)
-                    mask = lanes_of(passed & (t_min < t) & (t < t_max))
-                    while mask != 0:
-                        k = first_lane(mask)
-                        mask &= mask - 1
-                        is_hit = True
-                        if u[k] == 0 or v[k] == 0 or w[k] == 0:
-                            is_hit = is_inside(*self.blocks.exact_edges(aim, (block << BLOCK_BITS) + k))
-                        if is_hit:
-                            blocked = True
-                            mask = 0
-            else:
-                mask = self.blocks.candidates(ray, aim, block, used)
-                while mask != 0:
-                    place = (block << BLOCK_BITS) + first_lane(mask)
-                    mask &= mask - 1
-                    t, _, _, _ = self.try_at(place, ray, bounds, aim, t_min)
-                    if t_min < t and t < t_max:
-                        blocked = True
-                        mask = 0
         return blocked
 
     @ti.func
@@ -411,12 +335,6 @@ class WideBVH(FastIntersector):
             far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, lanes_of(t_near <= t_far)
-
-    @ti.func
-    def leaf_box(self, i):
-        """The box of the primitive at place i, see ``leaf_blocks``."""
-        v0, v1, v2 = self.blocks.triangle(i)
-        return smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
 
     @ti.func
     def trace_packet(self, packets: ti.template(), c, origin, t_min):

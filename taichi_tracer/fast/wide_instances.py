@@ -12,8 +12,8 @@ import taichi.math as tm
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, WIDTH, WideTree, collapse, empty_tree
 from taichi_tracer.fast.lanes import components
-from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, primitives_at_once
-from taichi_tracer.fast.wide_bvh import NOTHING, UNBRANCHED, WideBVH, leaf_range
+from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, leaf_range, primitives_at_once
+from taichi_tracer.fast.wide_bvh import NOTHING, UNBRANCHED, WideBVH
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors.instances import InPlaces, TwoLevelBVH, boxes_of_places, rows_of_objects
@@ -45,6 +45,7 @@ class PlacedBlocks(LeafBlocks):
     """The blocks of objects, whose vertices a ray sees in the place to which it has come."""
 
     places: Places
+    is_in_one_place = False
 
     @ti.func
     def projected(self, aim, block, corner: ti.template()):
@@ -68,9 +69,9 @@ class PlacedBlocks(LeafBlocks):
     def in_world(self, place, block, corner: ti.template(), axis):
         """One component of four vertices in a place."""
         row, wide = self.places.matrices[place, axis], self.places.matrices.dtype
-        x = ti.cast(self.vertices[block, corner], wide)
-        y = ti.cast(self.vertices[block, 3 + corner], wide)
-        z = ti.cast(self.vertices[block, 6 + corner], wide)
+        x = ti.cast(self.along(block, 0, corner), wide)
+        y = ti.cast(self.along(block, 1, corner), wide)
+        z = ti.cast(self.along(block, 2, corner), wide)
         return ti.cast(row[0] * x + row[1] * y + row[2] * z + row[3], float)
 
 
