@@ -53,12 +53,6 @@ def components(x, y, z):
     return LaneComponents(x, y, z)
 
 
-@in_kernels
-def choice(condition, a, b):
-    """``ti.select`` of ``LaneComponents``."""
-    return LaneComponents(*(ti.select(condition, getattr(a, k), getattr(b, k)) for k in "xyz"))
-
-
 @ti.func
 def shared(v):
     """``LaneComponents`` that all lanes share: those of a ``vec3``."""

@@ -12,15 +12,17 @@ last places of a leaf's last block may be empty.
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
-from taichi_tracer.fast.lanes import choice, components, lanes_of, larger, shared, smaller
+from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import edge_functions, exact_difference, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
+from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.tables import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
@@ -178,17 +180,17 @@ class LeafBlocks:
     @ti.func
     def corner(self, aim, block, number: ti.template()):
         """One vertex of each triangle of a block."""
-        return components(self.along(block, 0, number), self.along(block, 1, number), self.along(block, 2, number))
-
-    @ti.func
-    def along(self, block, axis, number: ti.template()):
-        """A component of one vertex of each triangle of a block."""
-        return ti.Vector([self.vertices[block, axis][BLOCK * number + lane] for lane in range(BLOCK)])
+        return components(
+            corner_of(self.vertices[block, 0], number),
+            corner_of(self.vertices[block, 1], number),
+            corner_of(self.vertices[block, 2], number),
+        )
 
     @ti.func
     def extremes(self, block, axis: ti.template()):
         """The smallest and the largest component along an axis of each primitive of a block."""
-        a, b, c = self.along(block, axis, 0), self.along(block, axis, 1), self.along(block, axis, 2)
+        vertices = self.vertices[block, axis]
+        a, b, c = corner_of(vertices, 0), corner_of(vertices, 1), corner_of(vertices, 2)
         return smaller(a, smaller(b, c)), larger(a, larger(b, c))
 
     @ti.func
@@ -205,10 +207,10 @@ class LeafBlocks:
     @ti.func
     def edges(self, aim, block):
         """The edge functions of ``watertight`` for each triangle of a block."""
-        ax, ay = self.projected(aim, block, 0)
-        bx, by = self.projected(aim, block, 1)
-        cx, cy = self.projected(aim, block, 2)
-        return edge_functions(ax, ay, bx, by, cx, cy)
+        x, y = self.projected(aim, block)
+        return edge_functions(
+            corner_of(x, 0), corner_of(y, 0), corner_of(x, 1), corner_of(y, 1), corner_of(x, 2), corner_of(y, 2)
+        )
 
     @ti.func
     def exact_edges(self, aim, place):
@@ -236,9 +238,10 @@ class LeafBlocks:
     @ti.func
     def distances(self, ray, bounds, block):
         """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
-        a, b, c = self.corner(0, block, 0), self.corner(0, block, 1), self.corner(0, block, 2)
-        n = stable_normals(a, b, c)
+        x, y, z = self.vertices[block, 0], self.vertices[block, 1], self.vertices[block, 2]
+        n = stable_normals(x, y, z)
         det = -tm.dot(shared(ray.direction), n)
+        a = components(corner_of(x, 0), corner_of(y, 0), corner_of(z, 0))
         t = -tm.dot(a - shared(ray.origin), n) / det
         t_near, t_far = ti.Vector([-tm.inf] * BLOCK), ti.Vector([tm.inf] * BLOCK)
         for k in ti.static(range(3)):
@@ -251,11 +254,11 @@ class LeafBlocks:
         return ti.select((t_near <= t_far) & (det != 0), t, -tm.inf)
 
     @ti.func
-    def projected(self, aim, block, corner: ti.template()):
-        """Four vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
-        along = self.along(block, aim.z, corner) - aim.origin.z
-        x = (self.along(block, aim.x, corner) - aim.origin.x) - aim.shear_x * along
-        y = (self.along(block, aim.y, corner) - aim.origin.y) - aim.shear_y * along
+    def projected(self, aim, block):
+        """All vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
+        along = self.vertices[block, aim.z] - aim.origin.z
+        x = (self.vertices[block, aim.x] - aim.origin.x) - aim.shear_x * along
+        y = (self.vertices[block, aim.y] - aim.origin.y) - aim.shear_y * along
         return x, y
 
 
@@ -265,16 +268,40 @@ def is_inside(u, v, w):
     return u + v + w != 0 and not ((u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0))
 
 
+@in_kernels
+def corner_of(numbers, corner):
+    """The numbers of one corner, out of those of all vertices of a block."""
+    builder = impl.get_runtime().compiling_callable.ast_builder()
+    return impl.expr_init(ti.Vector([impl.subscript(builder, numbers, BLOCK * corner + lane) for lane in range(BLOCK)]))
+
+
 @ti.func
-def stable_normals(a, b, c):
-    """``triangles.stable_normal`` of each triangle of a block."""
-    e0, e1, e2 = b - a, c - b, a - c
-    l0, l1, l2 = tm.dot(e0, e0), tm.dot(e1, e1), tm.dot(e2, e2)
-    is_0_longest = (l0 >= l1) & (l0 >= l2)
-    is_1_longest = l1 >= l2
-    p = choice(is_0_longest, e1, choice(is_1_longest, e2, e0))
-    q = choice(is_0_longest, e2, choice(is_1_longest, e0, e1))
-    return tm.cross(p, q)
+def stable_normals(x, y, z):
+    """``triangles.stable_normal`` of each triangle of a block, from the components of all vertices."""
+    ex, ey, ez = next_corner(x) - x, next_corner(y) - y, next_corner(z) - z
+    squared = ex * ex + ey * ey + ez * ez
+    l0, l1, l2 = corner_of(squared, 0), corner_of(squared, 1), corner_of(squared, 2)
+    is_0_longest, is_1_longest = (l0 >= l1) & (l0 >= l2), l1 >= l2
+    px, qx = two_shortest(is_0_longest, is_1_longest, ex)
+    py, qy = two_shortest(is_0_longest, is_1_longest, ey)
+    pz, qz = two_shortest(is_0_longest, is_1_longest, ez)
+    return tm.cross(components(px, py, pz), components(qx, qy, qz))
+
+
+@in_kernels
+def next_corner(numbers):
+    """b, c, a of the numbers a, b, c of each triangle."""
+    builder, count = impl.get_runtime().compiling_callable.ast_builder(), 3 * BLOCK
+    return impl.expr_init(ti.Vector([impl.subscript(builder, numbers, (BLOCK + i) % count) for i in range(count)]))
+
+
+@in_kernels
+def two_shortest(is_0_longest, is_1_longest, e):
+    """A component of the two shortest of the three edges of each triangle, in the order of ``stable_normal``."""
+    e0, e1, e2 = (corner_of(e, k) for k in range(3))
+    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
+    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
+    return impl.expr_init(p), impl.expr_init(q)
 
 
 @ti.func
