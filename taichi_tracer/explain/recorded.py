@@ -123,6 +123,13 @@ def then(observer: Observer, act: Callable[..., object]) -> Observer:
     return both
 
 
+def note_triangle(log: Log, part: Any, ray: Any, triangle_id: Any, corners: Any, taken: Any) -> None:
+    """Note the numbers of the triangle test, and the distance that was ``taken``."""
+    is_inside, t, u, v, det = part.solve(ray.origin, ray.direction, *corners)
+    numbers = {"triangle_id": triangle_id, "is_inside": is_inside, "det": det, "u": u, "v": v, "t": t}
+    log.note("a triangle is tried", is_limited=True, **numbers, taken=taken)
+
+
 def noted_search(log: Log) -> dict[str, Observer]:
     """The observers that note the nodes that a ray enters, and the primitives that it tries."""
 
@@ -137,17 +144,15 @@ def noted_search(log: Log) -> dict[str, Observer]:
 
     def tried_corners(part, result, ray, bounds, triangle_id, *corners):
         """``try_corners`` of the fast forms."""
-        tried_triangle(part, ray, triangle_id, corners, result[0])
+        note_triangle(log, part, ray, triangle_id, corners, result[0])
+
+    def tried_solved(part, result, ray, aim, place, *numbers):
+        """``solved`` of a triangle whose block was solved at once."""
+        note_triangle(log, part, ray, part.blocks.primitive(place), part.blocks.triangle(place), result[0])
 
     def tried_hit(part, result, ray, triangle_id, t_min):
         """``triangle_hit`` of the plain form."""
-        tried_triangle(part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
-
-    def tried_triangle(part, ray, triangle_id, corners, taken):
-        """The numbers of the triangle test."""
-        is_inside, t, u, v, det = part.solve(ray.origin, ray.direction, *corners)
-        numbers = {"triangle_id": triangle_id, "is_inside": is_inside, "det": det, "u": u, "v": v, "t": t}
-        log.note("a triangle is tried", is_limited=True, **numbers, taken=taken)
+        note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
 
     def tried_sphere(part, t, ray, bounds, sphere_id, t_min):
         """``sphere_candidate``."""
@@ -160,7 +165,7 @@ def noted_search(log: Log) -> dict[str, Observer]:
     def tried_in(part, result, place, number, *triangle):
         """``try_corners_in`` of the same."""
         _, ray, _, corners = triangle
-        tried_triangle(part, ray, part.geometry.places.id_of(place, number), corners, result[0])
+        note_triangle(log, part, ray, part.geometry.places.id_of(place, number), corners, result[0])
 
     def tried_ellipsoid(part, t, place, sphere_id, ray, t_min):
         """``ellipsoid_in`` of the same."""
@@ -168,7 +173,7 @@ def noted_search(log: Log) -> dict[str, Observer]:
 
     methods = {"bounds_in": came, "try_corners_in": tried_in, "ellipsoid_in": tried_ellipsoid}
     methods |= {"met_children": entered, "node_interval": tried_box, "sphere_candidate": tried_sphere}
-    methods |= {"try_corners": tried_corners, "triangle_hit": tried_hit}
+    methods |= {"try_corners": tried_corners, "solved": tried_solved, "triangle_hit": tried_hit}
     return {name: after(act) for name, act in methods.items()}
 
 

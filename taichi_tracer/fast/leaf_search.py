@@ -42,11 +42,7 @@ class LeafSearch(FastIntersector):
                         place = (block << BLOCK_BITS) + lane
                         mask &= mask - 1
                         primitive_id, t = self.blocks.primitive(place), distances[lane]
-                        u, v, w = u_edge[lane], v_edge[lane], w_edge[lane]
-                        if u == 0 or v == 0 or w == 0:
-                            u, v, w = self.blocks.exact_edges(aim, place)
-                            if not is_inside(u, v, w):
-                                t = -tm.inf
+                        t, u, v, w = self.solved(ray, aim, place, u_edge[lane], v_edge[lane], w_edge[lane], t)
                         if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                             total = u + v + w
                             best, best_id, best_u, best_v, best_place = t, primitive_id, v / total, w / total, place
@@ -60,6 +56,19 @@ class LeafSearch(FastIntersector):
                     if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                         best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
         return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def solved(self, ray, aim, place, u, v, w, t):
+        """(t, u, v, w) of the triangle at a place, from what its block found; t is −∞ for a miss.
+
+        Args:
+            u, v, w: its edge functions, which ``may_be_inside``. Where one is 0, the exact ones are returned.
+        """
+        if u == 0 or v == 0 or w == 0:
+            u, v, w = self.blocks.exact_edges(aim, place)
+            if not is_inside(u, v, w):
+                t = -tm.inf
+        return t, u, v, w
 
     @ti.func
     def try_at(self, place, ray, bounds, aim, t_min):
@@ -84,10 +93,9 @@ class LeafSearch(FastIntersector):
                     while mask != 0:
                         lane = first_lane(mask)
                         mask &= mask - 1
-                        is_hit = True
-                        if u[lane] == 0 or v[lane] == 0 or w[lane] == 0:
-                            is_hit = is_inside(*self.blocks.exact_edges(aim, (block << BLOCK_BITS) + lane))
-                        if is_hit:
+                        place = (block << BLOCK_BITS) + lane
+                        found, _, _, _ = self.solved(ray, aim, place, u[lane], v[lane], w[lane], t[lane])
+                        if found > -tm.inf:
                             blocked = True
                             mask = 0
             else:

@@ -20,7 +20,7 @@ from taichi_tracer.system.seams import in_kernels
 
 # Methods of an intersector that enter a node or try a box; those of the plain and of the fast forms that try a triangle
 # or a sphere; and methods of a surface to one of which each direction that is sampled goes.
-ENTERING, TRYING = ("met_children", "node_interval"), ("intersect_primitive", "try_corners")
+ENTERING, TRYING = ("met_children", "node_interval"), ("intersect_primitive", "try_corners", "solved")
 SCATTERING = "eval_cosine", "weight"
 
 
