@@ -18,7 +18,7 @@ from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.fast.packets import smaller_axes
-from taichi_tracer.formulas.triangles import edge_functions, exact_difference, moller_trumbore, watertight
+from taichi_tracer.formulas.triangles import edge_functions, exact_edge_functions, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
@@ -220,11 +220,7 @@ class LeafBlocks:
         cx, cy = self.projected_one(aim, place, 2)
         u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
         if ti.static(runtime.can_widen()):
-            u, v, w = (
-                exact_difference(cx, by, cy, bx),
-                exact_difference(ax, cy, ay, cx),
-                exact_difference(bx, ay, by, ax),
-            )
+            u, v, w = exact_edge_functions(ax, ay, bx, by, cx, cy)
         return u, v, w
 
     @ti.func

@@ -86,9 +86,7 @@ def watertight(o, d, v0, v1, v2):
     u_edge, v_edge, w_edge = edge_functions(ax, ay, bx, by, cx, cy)
     if ti.static(runtime.can_widen()):
         if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64, so the signs are right
-            u_edge = exact_difference(cx, by, cy, bx)
-            v_edge = exact_difference(ax, cy, ay, cx)
-            w_edge = exact_difference(bx, ay, by, ax)
+            u_edge, v_edge, w_edge = exact_edge_functions(ax, ay, bx, by, cx, cy)
     any_negative = u_edge < 0 or v_edge < 0 or w_edge < 0
     any_positive = u_edge > 0 or v_edge > 0 or w_edge > 0
     total = u_edge + v_edge + w_edge
@@ -107,6 +105,12 @@ def edge_functions(ax, ay, bx, by, cx, cy):
     v_edge = rounded(ax * cy) - rounded(ay * cx)
     w_edge = rounded(bx * ay) - rounded(by * ax)
     return u_edge, v_edge, w_edge
+
+
+@ti.func
+def exact_edge_functions(ax, ay, bx, by, cx, cy):
+    """``edge_functions`` with the right signs, see ``exact_difference``."""
+    return exact_difference(cx, by, cy, bx), exact_difference(ax, cy, ay, cx), exact_difference(bx, ay, by, ax)
 
 
 @ti.func

@@ -143,14 +143,14 @@ def run(
     before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
-    machine = {}
+    machine: dict[str, str] = {}
     try:
         for mode in modes_of(level, arch) if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
                 runtime.init(arch, mode.precision, mode.fast_math, force=True)
-                started, machine = start, machine_facts()
+                started, machine = start, machine or machine_facts()  # of f32: a GPU without f64 leaves that to the CPU
                 if renderer:
                     progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
                     verdicts += renderer_verdicts(mode, size)
