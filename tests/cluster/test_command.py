@@ -247,7 +247,8 @@ def test_the_python_of_the_page_runs(capsys):
     pytest.importorskip("distributed")
     page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
     names: dict = {}
-    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    for code in [block for block in blocks if "SLURMCluster" not in block]:
         exec(compile(code, "cluster.md", "exec"), names)
     assert capsys.readouterr().out.startswith("(128, 128, 3) 16 ")
     assert len(names["frames"]) == len(names["study"]) == 4
