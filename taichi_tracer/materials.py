@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from taichi.lang import impl
 from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.annotations import Spelled
 from taichi_tracer.system.errors import InputError, printable
-from taichi_tracer.system.seams import in_kernels, replaced
+from taichi_tracer.system.seams import element, in_kernels, replaced, variable
 from taichi_tracer.system.tables import Tables
 
 COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
@@ -202,11 +201,9 @@ class MaterialLibrary:
         """The numbers of one material, as a struct. The compiler removes the reads of numbers that are not used."""
         values, column, material_id = {}, 0, self.row(material_id)
         for name, default in self.members.items():
-            if np.size(default) == 3:
-                values[name] = self._vec3(material_id, column)
-            else:
-                values[name] = self._number(material_id, column)
-            column += np.size(default)
+            numbers = [element(self.table, material_id, column + k) for k in range(np.size(default))]
+            values[name] = variable(tm.vec3(*numbers) if len(numbers) == 3 else numbers[0])
+            column += len(numbers)
         return self._struct(**values)
 
     @in_kernels
@@ -214,12 +211,4 @@ class MaterialLibrary:
         """The row of a material. Where a user's own intersector says which material was hit, it is one that exists."""
         if self.intersector is None or not replaced(self.intersector):
             return material_id
-        return impl.expr_init(_within(material_id, len(self.materials)))
-
-    @ti.func
-    def _number(self, i, column: ti.template()):
-        return self.table[i, column]
-
-    @ti.func
-    def _vec3(self, i, column: ti.template()):
-        return tm.vec3(self.table[i, column], self.table[i, column + 1], self.table[i, column + 2])
+        return variable(_within(material_id, len(self.materials)))

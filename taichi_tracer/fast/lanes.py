@@ -4,12 +4,14 @@ Taichi has no vector instructions: it writes a vector as single numbers, and LLV
 does exactly the same. The small functions here are written so that LLVM recognises them.
 """
 
+import functools
+import operator
+
 import taichi as ti
-from taichi.lang import impl
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import memory
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import element, in_kernels, variable
 from taichi_tracer.system.varying import varying
 
 LANE_BITS = 4
@@ -30,7 +32,7 @@ class LaneComponents:
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
 
     def __init__(self, x, y, z) -> None:
-        self.x, self.y, self.z = (impl.expr_init(component) for component in (x, y, z))
+        self.x, self.y, self.z = (variable(component) for component in (x, y, z))
 
     def __sub__(self, other):
         return LaneComponents(self.x - other.x, self.y - other.y, self.z - other.z)
@@ -53,61 +55,60 @@ def components(x, y, z):
     return LaneComponents(x, y, z)
 
 
-@ti.func
+@in_kernels
 def shared(v):
     """``LaneComponents`` that all lanes share: those of a ``vec3``."""
-    return components(v.x, v.y, v.z)
+    return LaneComponents(*(element(v, k) for k in range(3)))
 
 
 @in_kernels
 def larger(a, b):
     """max, written so that the compiler uses vector instructions."""
-    a, b = impl.expr_init(a), impl.expr_init(b)
+    a, b = variable(a), variable(b)
     return ti.select(a > b, a, b)
 
 
 @in_kernels
 def smaller(a, b):
     """min, written so that the compiler uses vector instructions."""
-    a, b = impl.expr_init(a), impl.expr_init(b)
+    a, b = variable(a), variable(b)
     return ti.select(a < b, a, b)
 
 
-@ti.func
+@in_kernels
 def any_lane(condition):
     """Whether a condition holds in any lane. The compiler turns the chain of ``|`` into one test of a mask register."""
-    found = condition[0]
-    for k in ti.static(range(1, LANES)):
-        found = found | condition[k]
-    return found
+    condition = variable(condition)
+    return variable(functools.reduce(operator.or_, [element(condition, k) for k in range(LANES)]))
 
 
-@ti.func
+@in_kernels
 def least(values):
     """The smallest value of all lanes; each step halves their number."""
-    eight = ti.Vector([smaller(values[k], values[k + 8]) for k in range(8)])
-    four = ti.Vector([smaller(eight[k], eight[k + 4]) for k in range(4)])
-    return smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
+    values = variable(values)
+    halves = [element(values, k) for k in range(LANES)]
+    while len(halves) > 1:
+        half = len(halves) // 2
+        halves = [variable(smaller(halves[k], halves[k + half])) for k in range(half)]
+    return halves[0]
 
 
-@ti.func
+@in_kernels
 def greatest(values):
     """The largest value of all lanes."""
-    return -least(-values)
+    return variable(-least(-values))
 
 
-@ti.func
+@in_kernels
 def lanes_of(is_met):
     """A mask with bit k + 1 for each lane k in which a condition holds.
 
     Bit 0 stays free. Otherwise LLVM writes the first lane in another way than the others, and then uses no vector
     instructions for any of them.
     """
-    bits = ti.select(is_met, ti.Vector([2 << k for k in range(is_met.n)]), ti.Vector([0] * is_met.n))
-    mask = bits[0]
-    for k in ti.static(range(1, is_met.n)):
-        mask |= bits[k]
-    return mask
+    lanes = range(is_met.n)
+    bits = variable(ti.select(is_met, ti.Vector([2 << k for k in lanes]), ti.Vector([0 for _ in lanes])))
+    return variable(functools.reduce(operator.or_, [element(bits, k) for k in lanes]))
 
 
 @ti.func

@@ -12,7 +12,6 @@ last places of a leaf's last block may be empty.
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from taichi.lang import impl
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
@@ -22,7 +21,7 @@ from taichi_tracer.formulas.triangles import edge_functions, exact_edge_function
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import element, in_kernels, variable
 from taichi_tracer.system.tables import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
@@ -155,27 +154,27 @@ class LeafBlocks:
                         coordinate = vertices[faces[row, corner], axis]
                     self.vertices[block, axis][BLOCK * corner + lane] = coordinate
 
-    @ti.func
+    @in_kernels
     def primitive(self, place):
         """The number of the primitive at a place."""
-        return self.ids[place >> BLOCK_BITS, place & (BLOCK - 1)]
+        return variable(element(self.ids, place >> BLOCK_BITS, place & (BLOCK - 1)))
 
-    @ti.func
-    def component(self, place, corner: ti.template(), axis):
+    @in_kernels
+    def component(self, place, corner, axis):
         """A component of a vertex."""
-        return self.vertices[place >> BLOCK_BITS, axis][BLOCK * corner + (place & (BLOCK - 1))]
+        lanes = element(self.vertices, place >> BLOCK_BITS, axis)
+        return element(lanes, BLOCK * corner + (place & (BLOCK - 1)))
 
-    @ti.func
+    @in_kernels
     def triangle(self, place):
         """The three vertices at a place."""
+        place = variable(place)
         return self.vertex(place, 0), self.vertex(place, 1), self.vertex(place, 2)
 
-    @ti.func
-    def vertex(self, place, corner: ti.template()):
+    @in_kernels
+    def vertex(self, place, corner):
         """One of the three vertices at a place."""
-        return tm.vec3(
-            self.component(place, corner, 0), self.component(place, corner, 1), self.component(place, corner, 2)
-        )
+        return variable(tm.vec3(*(self.component(place, corner, axis) for axis in range(3))))
 
     @ti.func
     def corner(self, aim, block, number: ti.template()):
@@ -223,13 +222,13 @@ class LeafBlocks:
             u, v, w = exact_edge_functions(ax, ay, bx, by, cx, cy)
         return u, v, w
 
-    @ti.func
-    def projected_one(self, aim, place, corner: ti.template()):
+    @in_kernels
+    def projected_one(self, aim, place, corner):
         """``projected`` for one triangle."""
-        along = self.component(place, corner, aim.z) - aim.origin.z
-        x = (self.component(place, corner, aim.x) - aim.origin.x) - aim.shear_x * along
-        y = (self.component(place, corner, aim.y) - aim.origin.y) - aim.shear_y * along
-        return x, y
+        axes = aim.x, aim.y, aim.z
+        x, y, along = (self.component(place, corner, axes[k]) - element(aim.origin, k) for k in range(3))
+        along = variable(along)
+        return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
 
     @ti.func
     def distances(self, ray, bounds, block):
@@ -267,8 +266,7 @@ def is_inside(u, v, w):
 @in_kernels
 def corner_of(numbers, corner):
     """The numbers of one corner, out of those of all vertices of a block."""
-    builder = impl.get_runtime().compiling_callable.ast_builder()
-    return impl.expr_init(ti.Vector([impl.subscript(builder, numbers, BLOCK * corner + lane) for lane in range(BLOCK)]))
+    return variable(ti.Vector([element(numbers, BLOCK * corner + lane) for lane in range(BLOCK)]))
 
 
 @ti.func
@@ -287,8 +285,8 @@ def stable_normals(x, y, z):
 @in_kernels
 def next_corner(numbers):
     """b, c, a of the numbers a, b, c of each triangle."""
-    builder, count = impl.get_runtime().compiling_callable.ast_builder(), 3 * BLOCK
-    return impl.expr_init(ti.Vector([impl.subscript(builder, numbers, (BLOCK + i) % count) for i in range(count)]))
+    count = 3 * BLOCK
+    return variable(ti.Vector([element(numbers, (BLOCK + i) % count) for i in range(count)]))
 
 
 @in_kernels
@@ -297,7 +295,7 @@ def two_shortest(is_0_longest, is_1_longest, e):
     e0, e1, e2 = (corner_of(e, k) for k in range(3))
     p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
     q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
-    return impl.expr_init(p), impl.expr_init(q)
+    return variable(p), variable(q)
 
 
 @ti.func

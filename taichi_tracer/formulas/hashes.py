@@ -6,30 +6,25 @@ Sums and products are modulo 2^32, as those of unsigned words are.
 import taichi as ti
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import in_kernels, variable
+
+# How many bits, and a mask: of every two groups of so many neighbouring bits, the group of the lower ones.
+HALVES = ((16, 0x0000FFFF), (8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555))
 
 
-@ti.func
+@in_kernels
 def pcg4d(a, b, c, d):
     """Four well-mixed words of four words (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
-    a, b, c, d = _advance(a), _advance(b), _advance(c), _advance(d)
-    a, b, c, d = _mix(a, b, c, d)
-    a, b, c, d = a ^ (a >> 16), b ^ (b >> 16), c ^ (c >> 16), d ^ (d >> 16)
-    return _mix(a, b, c, d)
+    a, b, c, d = _mix(*(variable(plus(times(word, 1664525), 1013904223)) for word in (a, b, c, d)))
+    return _mix(*(variable(word ^ (word >> 16)) for word in (a, b, c, d)))
 
 
-@ti.func
-def _advance(word):
-    return plus(times(word, ti.u32(1664525)), ti.u32(1013904223))
-
-
-@ti.func
+@in_kernels
 def _mix(a, b, c, d):
-    a1 = plus(a, times(b, d))
-    b1 = plus(b, times(c, a1))
-    c1 = plus(c, times(a1, b1))
-    d1 = plus(d, times(b1, c1))
-    return a1, b1, c1, d1
+    a = variable(plus(a, times(b, d)))
+    b = variable(plus(b, times(c, a)))
+    c = variable(plus(c, times(a, b)))
+    return a, b, c, variable(plus(d, times(b, c)))
 
 
 @in_kernels
@@ -57,46 +52,33 @@ def as_fraction(word):
         return ti.cast(ti.cast(word >> 8, ti.i32), ti.f32) * (1.0 / (1 << 24))
 
 
-@ti.func
+@in_kernels
 def reverse_bits(word):
     """The 32 bits in reverse order."""
-    word = (word >> 16) | ((word & ti.u32(0x0000FFFF)) << 16)
-    word = ((word & ti.u32(0xFF00FF00)) >> 8) | ((word & ti.u32(0x00FF00FF)) << 8)
-    word = ((word & ti.u32(0xF0F0F0F0)) >> 4) | ((word & ti.u32(0x0F0F0F0F)) << 4)
-    word = ((word & ti.u32(0xCCCCCCCC)) >> 2) | ((word & ti.u32(0x33333333)) << 2)
-    return ((word & ti.u32(0xAAAAAAAA)) >> 1) | ((word & ti.u32(0x55555555)) << 1)
+    for bits, lower in HALVES:
+        word = variable(word)
+        word = ((word >> bits) & lower) | ((word & lower) << bits)
+    return variable(word)
 
 
-@ti.func
+@in_kernels
 def scramble_reversed(word, seed):
     """Owen's nested scrambling of a number whose bits are reversed: a hash of the lower bits decides on each flip.
 
     This is the hash of Laine & Karras with the constants of Vegdahl, as in Burley, "Practical hash-based Owen
     scrambling", JCGT 9(4), 2020, section 3.2.
     """
-    word = word ^ times(word, ti.u32(0x3D20ADEA))
-    word = plus(word, seed)
-    word = times(word, (seed >> 16) | ti.u32(1))
-    word = word ^ times(word, ti.u32(0x05526C56))
-    return word ^ times(word, ti.u32(0x53A22864))
+    word = variable(word)
+    word = plus(word ^ times(word, 0x3D20ADEA), seed)
+    word = variable(times(word, (seed >> 16) | 1))
+    word = variable(word ^ times(word, 0x05526C56))
+    return variable(word ^ times(word, 0x53A22864))
 
 
-@ti.func
+@in_kernels
 def pascal_matrix(word):
     """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is bit-reversed."""
-    return add_upper_bits(pascal_matrix_of_digits(word))
-
-
-@ti.func
-def pascal_matrix_of_digits(word):
-    """The matrix C(j, i) mod 2, times the 16 digits of ``word`` in base 4, which are pairs of bits."""
-    word = word ^ ((word >> 16) & ti.u32(0x0000FFFF))
-    word = word ^ ((word >> 8) & ti.u32(0x00FF00FF))
-    word = word ^ ((word >> 4) & ti.u32(0x0F0F0F0F))
-    return word ^ ((word >> 2) & ti.u32(0x33333333))
-
-
-@ti.func
-def add_upper_bits(word):
-    """In each pair of bits, "exclusive or" of the upper bit to the lower one."""
-    return word ^ ((word >> 1) & ti.u32(0x55555555))
+    for bits, lower in HALVES:
+        word = variable(word)
+        word = word ^ ((word >> bits) & lower)
+    return variable(word)

@@ -15,6 +15,7 @@ from taichi_tracer.integrators.base import View
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import element
 from taichi_tracer.tones.heat import round_up
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within the following range
@@ -99,7 +100,7 @@ class Distance(View):
     def max_distance(self):
         """The distance that is white; see the class."""
         if impl.inside_kernel():
-            return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), self._in_kernels, None)
+            return element(self._in_kernels, None)
         return self._fitting if self._chosen is None else self._chosen
 
     @max_distance.setter

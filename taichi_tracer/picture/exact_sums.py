@@ -6,16 +6,19 @@ numpy reads a small film, because it is done before a kernel is translated or lo
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.system.seams import in_kernels, variable
 
-@ti.func
+
+@in_kernels
 def two_sum(a, b):
     """a + b as the nearest number and its rounding error, which is exact (Knuth, TAOCP vol. 2, 4.2.2, theorem B)."""
-    rounded = a + b
-    part = rounded - a
-    return rounded, (a - (rounded - part)) + (b - part)
+    a, b = variable(a), variable(b)
+    rounded = variable(a + b)
+    part = variable(rounded - a)
+    return rounded, variable((a - (rounded - part)) + (b - part))
 
 
-@ti.func
+@in_kernels
 def add_to_pair(total, rest, value):
     """The sum (total + rest) + value, as the nearest number, its rounding error, and what these two cannot hold."""
     rounded, lost = two_sum(total, value)
@@ -24,7 +27,7 @@ def add_to_pair(total, rest, value):
     return total, rest, lost
 
 
-@ti.func
+@in_kernels
 def exact_total(total, rest, residue):
     """The number that is nearest to total + rest + residue.
 
@@ -37,10 +40,10 @@ def exact_total(total, rest, residue):
     total, rest = two_sum(total, rest)
     rest, residue = two_sum(rest, residue)
     # If the rest is just half of the last digit of the total, the nearest number is on the side of the residue.
-    other = total + 2 * rest
+    other = variable(total + 2 * rest)
     is_halfway = other - total == 2 * rest
     has_more = ((rest > 0) & (residue > 0)) | ((rest < 0) & (residue < 0))
-    return ti.select(is_halfway & has_more, other, total)
+    return variable(ti.select(is_halfway & has_more, other, total))
 
 
 def exact_means(

@@ -10,7 +10,7 @@ import taichi.math as tm
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import Memory
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import element, in_kernels, variable
 
 GROUP_BITS = 2
 GROUP = 1 << GROUP_BITS  # pixels along each side of a group
@@ -41,42 +41,34 @@ class PixelGroups:
             self.lanes = [ti.field(kind) for _ in range(channels)]
             node.dense(ti.l, PIXELS).place(*self.lanes)
 
-    @ti.func
+    @in_kernels
     def number(self, x, y, half):
         """The number of a pixel."""
-        if ti.static(self.has_vectors):
-            return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)]
-        else:  # noqa: RET505 (without it, both would be compiled)
-            return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half, lane_of(x, y)]
+        return self.parts(x, y, half)[0]
 
-    @ti.func
+    @in_kernels
     def set_number(self, x, y, half, number):
         """Set the number of a pixel."""
-        if ti.static(self.has_vectors):
-            self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)] = number
-        else:
-            self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half, lane_of(x, y)] = number
+        self.parts(x, y, half)[0]._assign(number)
 
-    @ti.func
+    @in_kernels
     def colour(self, x, y, half):
         """The colour of a pixel."""
-        i, k, lane, found = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y), tm.vec3(0)
-        for channel in ti.static(range(3)):
-            if ti.static(self.has_vectors):
-                found[channel] = self.lanes[channel][i, k, half][lane]
-            else:
-                found[channel] = self.lanes[channel][i, k, half, lane]
-        return found
+        return variable(tm.vec3(*self.parts(x, y, half)))
 
-    @ti.func
+    @in_kernels
     def set_colour(self, x, y, half, colour):
         """Set the colour of a pixel."""
-        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
-        for channel in ti.static(range(3)):
-            if ti.static(self.has_vectors):
-                self.lanes[channel][i, k, half][lane] = colour[channel]
-            else:
-                self.lanes[channel][i, k, half, lane] = colour[channel]
+        for channel, part in enumerate(self.parts(x, y, half)):
+            part._assign(element(colour, channel))
+
+    @in_kernels
+    def parts(self, x, y, half):
+        """The number of a pixel for each channel, which can be read and set."""
+        lane, place = variable(lane_of(x, y)), (variable(x >> GROUP_BITS), variable(y >> GROUP_BITS), half)
+        if self.has_vectors:
+            return [element(element(lanes, *place), lane) for lanes in self.lanes]
+        return [element(lanes, *place, lane) for lanes in self.lanes]
 
     def read(self, memory: Memory) -> np.ndarray:
         """[x, y, half] the numbers, or [x, y, half, channel] the colours; ``memory`` is that of the fields."""

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import taichi as ti
-from taichi.lang import impl
 
 from taichi_tracer.system import memory
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import element, in_kernels, variable
 
 NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
 
@@ -36,7 +35,7 @@ class SomePixels:
     @property
     def ranges(self) -> tuple[tuple, tuple]:
         """((x0, x1), (y0, y1)), for the kernel that begins its loop over them now."""
-        x0, x1, y0, y1 = (impl.expr_init(impl.subscript(None, self.ends, k)) for k in range(4))
+        x0, x1, y0, y1 = (variable(element(self.ends, k)) for k in range(4))
         if self.in_order:
             ti.loop_config(serialize=True)
         return (x0, x1), (y0, y1)

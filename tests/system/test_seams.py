@@ -13,6 +13,7 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import (
     assigned,
     called,
+    element,
     fit,
     in_kernels,
     in_kernels_as,
@@ -21,6 +22,7 @@ from taichi_tracer.system.seams import (
     seams,
     takes,
     takes_whole_numbers,
+    variable,
     why_replaced,
 )
 
@@ -223,6 +225,26 @@ def _probe(rows: ti.template(), out: ti.template(), i):
 def test_a_kernel_calls_a_python_function_while_it_is_compiled(precision):
     np.testing.assert_array_equal(ask(_probe, [[3], [5]], 3), [[6, 3, 6], [10, 5, 10]])
     assert _chosen(4, "once") == 4  # from Python as well
+
+
+@in_kernels
+def _sum_of_squares(table, row):
+    numbers = [variable(element(table, row, k) + 1) for k in range(2)]
+    return variable(sum(number * number for number in numbers))
+
+
+def test_such_a_function_reads_elements_and_keeps_what_it_uses_twice(precision):
+    table = ti.field(float, (2, 2))
+    table.from_numpy(np.array([[1, 2], [3, 4]], np.float64))
+
+    @ti.kernel
+    def both(out: ti.types.ndarray(ndim=1)):
+        for i in range(2):
+            out[i] = _sum_of_squares(table, i)
+
+    out = np.zeros(2)
+    both(out)
+    np.testing.assert_array_equal(out, [13, 41])
 
 
 def test_what_was_written_for_kernels_alone_is_told_apart():
