@@ -176,21 +176,17 @@ class LeafBlocks:
         """One of the three vertices at a place."""
         return variable(tm.vec3(*(self.component(place, corner, axis) for axis in range(3))))
 
-    @ti.func
-    def corner(self, aim, block, number: ti.template()):
-        """One vertex of each triangle of a block."""
-        return components(
-            corner_of(self.vertices[block, 0], number),
-            corner_of(self.vertices[block, 1], number),
-            corner_of(self.vertices[block, 2], number),
-        )
+    @in_kernels
+    def along(self, aim, block, axis):
+        """The components of all vertices of a block along an axis, as the ray sees them."""
+        return variable(element(self.vertices, block, axis))
 
-    @ti.func
-    def extremes(self, block, axis: ti.template()):
+    @in_kernels
+    def extremes(self, block, axis):
         """The smallest and the largest component along an axis of each primitive of a block."""
-        vertices = self.vertices[block, axis]
-        a, b, c = corner_of(vertices, 0), corner_of(vertices, 1), corner_of(vertices, 2)
-        return smaller(a, smaller(b, c)), larger(a, larger(b, c))
+        vertices = variable(element(self.vertices, block, axis))
+        a, b, c = (corner_of(vertices, corner) for corner in range(3))
+        return variable(smaller(a, smaller(b, c))), variable(larger(a, larger(b, c)))
 
     @ti.func
     def candidates(self, ray, aim, block, used):
@@ -203,24 +199,17 @@ class LeafBlocks:
             mask = lanes_of(self.test(self, ray, aim, block))
         return mask
 
-    @ti.func
+    @in_kernels
     def edges(self, aim, block):
         """The edge functions of ``watertight`` for each triangle of a block."""
         x, y = self.projected(aim, block)
-        return edge_functions(
-            corner_of(x, 0), corner_of(y, 0), corner_of(x, 1), corner_of(y, 1), corner_of(x, 2), corner_of(y, 2)
-        )
+        return edge_functions(*(corner_of(numbers, corner) for corner in range(3) for numbers in (x, y)))
 
-    @ti.func
+    @in_kernels
     def exact_edges(self, aim, place):
         """The edge functions of one triangle with the right signs, as ``watertight`` computes them if one is 0."""
-        ax, ay = self.projected_one(aim, place, 0)
-        bx, by = self.projected_one(aim, place, 1)
-        cx, cy = self.projected_one(aim, place, 2)
-        u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
-        if ti.static(runtime.can_widen()):
-            u, v, w = exact_edge_functions(ax, ay, bx, by, cx, cy)
-        return u, v, w
+        corners = [number for corner in range(3) for number in self.projected_one(aim, place, corner)]
+        return exact_edge_functions(*corners) if runtime.can_widen() else edge_functions(*corners)
 
     @in_kernels
     def projected_one(self, aim, place, corner):
@@ -230,31 +219,32 @@ class LeafBlocks:
         along = variable(along)
         return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
 
-    @ti.func
-    def distances(self, ray, bounds, block):
+    @in_kernels
+    def distances(self, ray, bounds, aim, block):
         """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
-        x, y, z = self.vertices[block, 0], self.vertices[block, 1], self.vertices[block, 2]
-        n = stable_normals(x, y, z)
-        det = -tm.dot(shared(ray.direction), n)
-        a = components(corner_of(x, 0), corner_of(y, 0), corner_of(z, 0))
-        t = -tm.dot(a - shared(ray.origin), n) / det
-        t_near, t_far = ti.Vector([-tm.inf] * BLOCK), ti.Vector([tm.inf] * BLOCK)
-        for k in ti.static(range(3)):
+        axes = [self.along(aim, block, axis) for axis in range(3)]
+        n = stable_normals(*axes)
+        det = variable(-shared(ray.direction).dot(n))
+        a = corners(*axes, 0)
+        t = variable(-(a - shared(ray.origin)).dot(n) / det)
+        t_near, t_far = (ti.Vector([sign * tm.inf for _ in range(BLOCK)]) for sign in (-1, 1))
+        for k in range(3):
             low, high = self.extremes(block, k)
-            is_forward = bounds.inverse[k] >= 0
-            near = (ti.select(is_forward, low, high) - bounds.near_origin[k]) * bounds.inverse[k]
-            far = (ti.select(is_forward, high, low) - bounds.far_origin[k]) * bounds.inverse[k]
-            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+            inverse, near, far = (element(v, k) for v in (bounds.inverse, bounds.near_origin, bounds.far_origin))
+            is_forward = variable(inverse >= 0)
+            t_near = larger((ti.select(is_forward, low, high) - near) * inverse, t_near)
+            t_far = smaller((ti.select(is_forward, high, low) - far) * inverse, t_far)
+        t_near, t_far = variable(t_near), variable(t_far)
         t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-        return ti.select((t_near <= t_far) & (det != 0), t, -tm.inf)
+        return variable(ti.select((t_near <= t_far) & (det != 0), t, -tm.inf))
 
-    @ti.func
+    @in_kernels
     def projected(self, aim, block):
         """All vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
-        along = self.vertices[block, aim.z] - aim.origin.z
-        x = (self.vertices[block, aim.x] - aim.origin.x) - aim.shear_x * along
-        y = (self.vertices[block, aim.y] - aim.origin.y) - aim.shear_y * along
-        return x, y
+        axes = aim.x, aim.y, aim.z
+        x, y, along = (self.along(aim, block, axes[k]) - element(aim.origin, k) for k in range(3))
+        along = variable(along)
+        return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
 
 
 @ti.func
@@ -269,17 +259,21 @@ def corner_of(numbers, corner):
     return variable(ti.Vector([element(numbers, BLOCK * corner + lane) for lane in range(BLOCK)]))
 
 
-@ti.func
+@in_kernels
 def stable_normals(x, y, z):
     """``triangles.stable_normal`` of each triangle of a block, from the components of all vertices."""
-    ex, ey, ez = next_corner(x) - x, next_corner(y) - y, next_corner(z) - z
-    squared = ex * ex + ey * ey + ez * ez
-    l0, l1, l2 = corner_of(squared, 0), corner_of(squared, 1), corner_of(squared, 2)
-    is_0_longest, is_1_longest = (l0 >= l1) & (l0 >= l2), l1 >= l2
-    px, qx = two_shortest(is_0_longest, is_1_longest, ex)
-    py, qy = two_shortest(is_0_longest, is_1_longest, ey)
-    pz, qz = two_shortest(is_0_longest, is_1_longest, ez)
-    return tm.cross(components(px, py, pz), components(qx, qy, qz))
+    ex, ey, ez = (variable(next_corner(numbers) - numbers) for numbers in (x, y, z))
+    squared = variable(ex * ex + ey * ey + ez * ez)
+    l0, l1, l2 = (corner_of(squared, k) for k in range(3))
+    is_0_longest, is_1_longest = variable((l0 >= l1) & (l0 >= l2)), variable(l1 >= l2)
+    p, q = zip(*(two_shortest(is_0_longest, is_1_longest, e) for e in (ex, ey, ez)), strict=True)
+    return components(*p).cross(components(*q))
+
+
+@in_kernels
+def corners(x, y, z, corner):
+    """One vertex of each triangle of a block, from the components of all vertices."""
+    return components(*(corner_of(numbers, corner) for numbers in (x, y, z)))
 
 
 @in_kernels
@@ -313,7 +307,8 @@ def may_pass_inside(blocks: ti.template(), ray, aim, block):
 @ti.func
 def may_solve(blocks: ti.template(), ray, aim, block):
     """Whether ``moller_trumbore`` finds that the ray passes inside the edges."""
-    v0, v1, v2 = blocks.corner(aim, block, 0), blocks.corner(aim, block, 1), blocks.corner(aim, block, 2)
+    x, y, z = blocks.along(aim, block, 0), blocks.along(aim, block, 1), blocks.along(aim, block, 2)
+    v0, v1, v2 = corners(x, y, z, 0), corners(x, y, z, 1), corners(x, y, z, 2)
     is_inside, _t, _u, _v, _det = moller_trumbore(shared(ray.origin), shared(ray.direction), v0, v1, v2)
     return is_inside
 

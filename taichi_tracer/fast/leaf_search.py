@@ -36,7 +36,7 @@ class LeafSearch(FastIntersector):
                 u_edge, v_edge, w_edge = self.blocks.edges(aim, block)
                 mask = lanes_of(may_be_inside(u_edge, v_edge, w_edge))
                 if mask != 0:
-                    distances = self.blocks.distances(ray, bounds, block)
+                    distances = self.blocks.distances(ray, bounds, aim, block)
                     while mask != 0:
                         lane = first_lane(mask)
                         place = (block << BLOCK_BITS) + lane
@@ -88,7 +88,7 @@ class LeafSearch(FastIntersector):
                 u, v, w = self.blocks.edges(aim, block)
                 may_hit = may_be_inside(u, v, w)
                 if lanes_of(may_hit) != 0:
-                    t = self.blocks.distances(ray, bounds, block)
+                    t = self.blocks.distances(ray, bounds, aim, block)
                     mask = lanes_of(may_hit & (t_min < t) & (t < t_max))
                     while mask != 0:
                         lane = first_lane(mask)

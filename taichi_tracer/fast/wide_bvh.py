@@ -32,7 +32,7 @@ from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.blocks import in_own_block
-from taichi_tracer.system.seams import seams
+from taichi_tracer.system.seams import element, in_kernels, seams, variable
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -312,13 +312,13 @@ class WideBVH(LeafSearch):
                 following = waiting[top]
         return following, top
 
-    @ti.func
+    @in_kernels
     def near_and_far_plane(self, node, axis, is_forward):
         """The planes of the eight boxes of a node, along an axis, through which rays enter and leave."""
-        near = self.numbers[node, ti.select(is_forward, axis, axis + 3)]
-        far = self.numbers[node, ti.select(is_forward, axis + 3, axis)]
-        corner, step = self.corner[node][axis], self.step[node][axis]
-        return corner + ti.cast(near, float) * step, corner + ti.cast(far, float) * step
+        places = ti.select(is_forward, axis, axis + 3), ti.select(is_forward, axis + 3, axis)
+        corner, step = (variable(element(element(field, node), axis)) for field in (self.corner, self.step))
+        near, far = (ti.cast(element(self.numbers, node, place), float) for place in places)
+        return variable(corner + near * step), variable(corner + far * step)
 
     @ti.func
     @in_own_block(2)

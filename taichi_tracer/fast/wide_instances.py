@@ -11,8 +11,7 @@ import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, WIDTH, WideTree, collapse, empty_tree
-from taichi_tracer.fast.lanes import components
-from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, corner_of, leaf_range, primitives_at_once
+from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, leaf_range, primitives_at_once
 from taichi_tracer.fast.wide_bvh import NOTHING, UNBRANCHED, WideBVH
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry
@@ -48,26 +47,9 @@ class PlacedBlocks(LeafBlocks):
     is_in_one_place = False
 
     @ti.func
-    def projected(self, aim, block):
+    def along(self, aim, block, axis):
         """As in the base class: in world space, with the rounding of ``Places.to_world``."""
-        along = self.in_world(aim.place, block, aim.z) - aim.origin.z
-        x = (self.in_world(aim.place, block, aim.x) - aim.origin.x) - aim.shear_x * along
-        y = (self.in_world(aim.place, block, aim.y) - aim.origin.y) - aim.shear_y * along
-        return x, y
-
-    @ti.func
-    def corner(self, aim, block, number: ti.template()):
-        """As in the base class: in world space."""
-        return components(
-            corner_of(self.in_world(aim.place, block, 0), number),
-            corner_of(self.in_world(aim.place, block, 1), number),
-            corner_of(self.in_world(aim.place, block, 2), number),
-        )
-
-    @ti.func
-    def in_world(self, place, block, axis):
-        """One component of all vertices in a place."""
-        row, wide = self.places.matrices[place, axis], self.places.matrices.dtype
+        row, wide = self.places.matrices[aim.place, axis], self.places.matrices.dtype
         x = ti.cast(self.vertices[block, 0], wide)
         y = ti.cast(self.vertices[block, 1], wide)
         z = ti.cast(self.vertices[block, 2], wide)

@@ -46,7 +46,7 @@ def test_each_triangle_of_a_block_has_the_answer_of_the_plain_test(shape, precis
             ray = Ray(origin=tm.vec3(o[i, 0], o[i, 1], o[i, 2]), direction=tm.vec3(d[i, 0], d[i, 1], d[i, 2]))
             bounds, aim = tree.ray_bounds(ray), aim_of(ray)
             u_edge, v_edge, w_edge = tree.blocks.edges(aim, block)
-            may_hit, distances = may_be_inside(u_edge, v_edge, w_edge), tree.blocks.distances(ray, bounds, block)
+            may_hit, distances = may_be_inside(u_edge, v_edge, w_edge), tree.blocks.distances(ray, bounds, aim, block)
             for lane in range(BLOCK):
                 v0, v1, v2 = tree.blocks.triangle(BLOCK * block + lane)
                 if not tm.isnan(v0.x):

@@ -146,8 +146,10 @@ PATCHES = (
     ),
     Patch(
         "vectors",
-        "0.07 s: sums and products of vectors are written without reading functions for them",
+        "0.09 s: sums, products and extremes of vectors are written without reading functions for them",
         {
+            "taichi.lang.matrix_ops:max": ("mat", "vectors:maximum"),
+            "taichi.lang.matrix_ops:min": ("mat", "vectors:minimum"),
             "taichi.lang.matrix_ops:sum": ("mat", "vectors:summing"),
             "taichi.lang.matrix_ops:dot": ("vec_x vec_y", "vectors:multiplying"),
             "taichi.lang.matrix_ops:norm_sqr": ("mat", "vectors:squaring"),

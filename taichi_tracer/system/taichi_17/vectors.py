@@ -1,4 +1,4 @@
-"""Sums and products of vectors in kernels: as Taichi computes them, without functions that Python reads.
+"""Sums, products and extremes of vectors in kernels: as Taichi computes them, without functions that Python reads.
 
 Taichi's ``dot`` is a function that calls another one, which calls a third one, and each of them is read again wherever
 a kernel calls it. Here, Python writes the same products and additions, in the same order, without reading any function.
@@ -9,7 +9,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from taichi.lang import impl
+from taichi.lang import impl, ops
 from taichi.lang.expr import Expr
 from taichi.lang.matrix import Vector
 from taichi.types.utils import is_real
@@ -36,6 +36,31 @@ def numbers_of(vector: Expr) -> list[Expr]:
 def total(vector: Expr) -> Any:
     """Its numbers, added one after the other."""
     return impl.expr_init(functools.reduce(operator.add, numbers_of(vector)))
+
+
+def extreme(choose: Callable, vector: Expr) -> Any:
+    """The largest or the smallest of its numbers: ``choose`` tells that of two."""
+    return impl.expr_init(functools.reduce(lambda x, y: impl.expr_init(choose(x, y)), numbers_of(vector)))
+
+
+def maximum(usual: Callable) -> Callable:
+    """``matrix_ops.max``."""
+
+    @functools.wraps(usual)
+    def largest(mat: Any) -> Any:
+        return extreme(ops.max_impl, mat) if impl.inside_kernel() and is_vector(mat) else usual(mat)
+
+    return largest
+
+
+def minimum(usual: Callable) -> Callable:
+    """``matrix_ops.min``."""
+
+    @functools.wraps(usual)
+    def smallest(mat: Any) -> Any:
+        return extreme(ops.min_impl, mat) if impl.inside_kernel() and is_vector(mat) else usual(mat)
+
+    return smallest
 
 
 def summing(usual: Callable) -> Callable:

@@ -1,4 +1,4 @@
-"""Sums and products of vectors have the bits of Taichi alone, no function is read for them, and mistakes are told."""
+"""Sums, products and extremes of vectors have the bits of Taichi alone; no function is read; mistakes are told."""
 
 import numpy as np
 import pytest
@@ -25,6 +25,7 @@ def of_a_student(pairs: IN, found: ti.types.ndarray(ndim=2)):
         found[i, 15] = ti.Matrix([[x.x, y.y], [x.z, y.x]]).sum()
         found[i, 16] = (x > y).any() + tm.distance(x, y) + tm.length(x)
         found[i, 17] = tm.dot(x + y, tm.cross(x - y, 2 * y))
+        found[i, 18], found[i, 19], found[i, 20] = x.max(), (x * y).min(), whole.max() + whole.min()
 
 
 def rows(kind: str) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +33,7 @@ def rows(kind: str) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(5)
     x = (rng.normal(size=(DRAWN, 2, 3)) * 10.0 ** rng.integers(-18, 18, (DRAWN, 2, 1))).astype(dtype)
     x[0], x[1, 0], x[2, 1, 1], x[3, 0, 2] = 0, np.inf, np.nan, -0.0
-    return x, np.zeros((DRAWN, 18), dtype)
+    return x, np.zeros((DRAWN, 21), dtype)
 
 
 @pytest.mark.parametrize("kind", ["f32", "f64"])
@@ -54,10 +55,10 @@ def test_no_function_is_read(monkeypatch):
     @ti.kernel
     def product(x: ti.types.ndarray(ndim=1)):
         v = tm.vec3(x[0], x[1], x[2])
-        x[0] = tm.dot(v, tm.cross(v, v)) + v.sum() + v.norm_sqr()
+        x[0] = tm.dot(v, tm.cross(v, v)) + v.sum() + v.norm_sqr() + v.max() + v.min()
 
     product(np.ones(3, np.float32))
-    assert not {"dot", "sum", "cross", "norm_sqr", "_reduce"} & set(read)
+    assert not {"dot", "sum", "cross", "norm_sqr", "max", "min", "_reduce"} & set(read)
 
 
 @pytest.mark.parametrize(
