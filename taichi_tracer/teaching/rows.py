@@ -44,20 +44,17 @@ def samples(
     answers: Mapping[str, int],
     count: int,
     numbers: range = range(0),
-    seed_type: Any = ti.i32,
 ) -> Arrays:
     """What a function that draws random numbers returns, ``count`` times for every row; see ``rows``.
 
     Args:
         numbers: the numbers of the rows, for a function without arguments. Rows with different numbers have different
             random numbers.
-        seed_type: the type of the seed in the kernel, which changes the numbers that are drawn. The kernels of pictures
-            have ``ti.u32``.
 
     Returns:
         Name → (n, count) or (n, count, width) array.
     """
-    return _Calls(function, [inputs[name] for name in names], answers, seed_type).of_rows(numbers, count)
+    return _Calls(function, [inputs[name] for name in names], answers, is_random=True).of_rows(numbers, count)
 
 
 class Column(NamedTuple):
@@ -90,14 +87,14 @@ class _Calls:
 
     Args:
         given: the arrays whose rows are the arguments.
-        seed_type: None if the function is not random.
+        is_random: whether the function draws random numbers.
     """
 
     def __init__(
-        self, function: Callable, given: Sequence[np.ndarray], answers: Mapping[str, int], seed_type: Any = None
+        self, function: Callable, given: Sequence[np.ndarray], answers: Mapping[str, int], is_random: bool = False
     ) -> None:
         self.function, self.given, self.names = function, given, tuple(answers)
-        self.random, self.is_random, self.seed_type = IndependentSampler(), seed_type is not None, seed_type
+        self.random, self.is_random = IndependentSampler(), is_random
         kinds = [(array.shape[1] if array.ndim > 1 else 0, array.dtype.kind in "iub") for array in given]
         self.arguments = columns_of(kinds)
         self.answers = columns_of((width if width > 1 else 0, width == WHOLE) for width in answers.values())
@@ -123,7 +120,7 @@ class _Calls:
         """Call the function for each row of a table."""
         for i, j in ti.ndrange(found.shape[0], found.shape[1]):
             if ti.static(self.is_random):
-                self.random.start(ti.cast(SEED, self.seed_type), first + i, 0, j)
+                self.random.start(ti.u32(SEED), first + i, 0, j)
             answer = self.function(*[read(table, i, column) for column in ti.static(self.arguments)])
             if ti.static(len(self.answers) == 1):
                 write(found, i, j, self.answers[0], answer)

@@ -328,7 +328,7 @@ def light_along(renderer: Any, inputs: Arrays, count: int) -> np.ndarray:
     def radiance(origin, direction):
         return renderer.shade_ray(tt.Ray(origin=origin, direction=direction))
 
-    found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count, seed_type=ti.u32)
+    found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count)
     return statistics(found["radiance"])
 
 
