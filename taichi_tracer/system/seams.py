@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import taichi as ti
 from taichi.lang import impl
+from taichi.lang.exception import TaichiSyntaxError
 
 from taichi_tracer.system.own_code.interface import check_class, check_method, note_misspelt
 
@@ -177,6 +178,8 @@ def in_kernels(function: Function) -> Function:
 @in_kernels
 def variable(value):
     """A value that a function with ``in_kernels`` uses several times: kernels compute it once, and keep it."""
+    if not impl.inside_kernel():  # as Taichi says it of its own functions
+        raise TaichiSyntaxError("Taichi functions cannot be called from Python-scope.")
     return impl.expr_init(value)
 
 

@@ -8,6 +8,7 @@ from probe import ask, put
 
 import taichi_tracer as tt
 from taichi_tracer.environment import Environment
+from taichi_tracer.formulas.hashes import reverse_bits
 from taichi_tracer.sampler import BRDF, UniformSampler
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import (
@@ -245,6 +246,8 @@ def test_such_a_function_reads_elements_and_keeps_what_it_uses_twice(precision):
     out = np.zeros(2)
     both(out)
     np.testing.assert_array_equal(out, [13, 41])
+    with pytest.raises(ti.TaichiSyntaxError, match="cannot be called from Python-scope"):
+        reverse_bits(5)
 
 
 def test_what_was_written_for_kernels_alone_is_told_apart():
