@@ -32,6 +32,7 @@ class Kernel:
         reading: the seconds in which Python read it.
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
         processor: the seconds of the processor of the same, which other programs do not make longer.
+        reading_before: the seconds in which Python read it in another process, which has spared this one.
     """
 
     name: str
@@ -39,11 +40,12 @@ class Kernel:
     reading: float = 0.0
     translating: float = 0.0
     processor: float = 0.0
+    reading_before: float = 0.0
 
     @property
     def is_new(self) -> bool:
         """Whether it took so long that it was not found in the folder."""
-        return self.processor > max(LOADED, LOADED_SHARE * self.reading)
+        return self.processor > max(LOADED, LOADED_SHARE * max(self.reading, self.reading_before))
 
 
 class Watcher(Protocol):
@@ -62,16 +64,17 @@ _seconds = 0.0  # of reading and of translating, for all kernels so far
 _by_id: dict[int, Kernel] = {}
 
 
-def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
+def note_reading(made: Any, name: str, read_at: float, reading: float, before: float = 0.0) -> None:
     """Python has read a kernel.
 
     Args:
         made: Taichi's object of the kernel. name: of its function.
         read_at: the value of ``time.perf_counter`` when it began. reading: the seconds that it took.
+        before: the seconds that it took in another process, if this one has not read it.
     """
     global _seconds
     _seconds += reading
-    _by_id[id(made)] = Kernel(name, read_at, reading)
+    _by_id[id(made)] = Kernel(name, read_at, reading, reading_before=before)
     _kernels.append(_by_id[id(made)])
 
 

@@ -16,7 +16,7 @@ from taichi_tracer.system.own_code.faults import PLACE
 from taichi_tracer.system.own_code.kinds import types_of
 from taichi_tracer.system.own_code.source import fault_at, is_own_file
 from taichi_tracer.system.taichi_17 import arguments, shared
-from taichi_tracer.system.taichi_17.questions import noting
+from taichi_tracer.system.taichi_17.questions import Question, noting
 
 readings: list[tuple[Any, Any]] = []  # kernels that are being read, and Taichi's keys for their objects
 watched: list[set[Place]] = []  # the watched indices in each of the kernels that are being read
@@ -141,7 +141,7 @@ def note(index: Any, count: Any, first: int) -> None:
     """Write into the array that an index is beyond, which index, and how many elements there are."""
     builder = impl.get_runtime().compiling_callable.ast_builder()
     if noting:
-        noting[-1].note_outside(WATCH, "found", lambda: WATCH.found, WATCH.found)
+        noting[-1].note_outside(Question("attribute", WATCH, "found"), WATCH.found)
     found = arguments.argument_for(WATCH.found)
     assert found is not None, "where it is noted, fields are arguments"
     is_beyond = ops.logical_or(index < 0, index >= count)

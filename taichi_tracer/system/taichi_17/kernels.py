@@ -27,7 +27,8 @@ def counting_reading(create: Callable) -> Callable:
         start = perf_counter()
         with stage(KERNELS_READ):
             made = create(program, build, name, *words)
-        compiling.note_reading(made, function_name(build, name), start, perf_counter() - start)
+        function, before = getattr(build, "read_before", (function_name(build, name), 0.0))
+        compiling.note_reading(made, function, start, perf_counter() - start, before)
         return made
 
     return created

@@ -23,6 +23,7 @@ from taichi_tracer.system.errors import one_of
 VARIABLE = "TAICHI_TRACER_PATCHES"
 VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
 COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
+PARAMETERS = "scalar", "ndarray", "pointer", "texture", "rw_texture"  # kinds of them that Taichi's kernels have
 MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
 
 
@@ -103,6 +104,19 @@ PATCHES = (
             "taichi._lib:core.KernelLaunchContext.set_arg_external_array_with_shape",
         ),
         then="arguments:use",
+    ),
+    Patch(
+        "readings",
+        "0.3 s with all others: what the reading of a kernel asks is kept, and no other process reads it",
+        {
+            "taichi._lib:core.Program.create_kernel": (COMPILED, "kept:naming"),
+            "taichi._lib:core.Program.finalize": (COMPILED, "kept:finishing"),
+            "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "kept:noting_launch"),
+            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "kept:launching"),
+            **{f"taichi._lib:core.Kernel.insert_{kind}_param": (COMPILED, "kept:inserting") for kind in PARAMETERS},
+        },
+        needs=("taichi._lib:core.ASTBuilder.create_kernel_exprgroup_return",),
+        then="kept:use",
     ),
     Patch(
         "bounds",

@@ -8,6 +8,7 @@ import functools
 import types
 import weakref
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -49,7 +50,7 @@ class Notes:
         self.numbers: dict[int, int] = {}
         self.asked: dict[tuple[int, str], Any] = {}
         self.written: set[tuple[int, str]] = set()
-        self.outside: dict[Any, tuple[Callable[[], Any], Any]] = {}  # of names and classes: the question, the answer
+        self.outside: dict[Any, tuple[Question, Any]] = {}  # of names and classes: the question, the answer
         self.replaced: dict[int, tuple[str, ...]] = {}  # number of an object → what ``seams.replaced`` said of it
         self._watched: dict[type, tuple[Any, Any]] = {}
         self._is_busy = False
@@ -67,7 +68,7 @@ class Notes:
         if kind is np.ndarray and value.size <= MOST_NUMBERS:
             return kind, numbers_of(value)
         if isinstance(value, Field) and not isinstance(value, (arrays.ArrayField, StructField)):
-            return One(value.vars[0])  # several may stand for the same memory
+            return Place(value)
         if isinstance(value, (tuple, list)):
             return kind, [self.described(one) for one in value]
         if kind is dict:
@@ -93,7 +94,7 @@ class Notes:
         if number is None:
             number = self.numbers[id(value)] = len(self.objects)
             self.objects.append(value)
-        return Met(number, kind, layout(value) if is_array else None)
+        return Met(number, One(kind), layout(value) if is_array else None)
 
     def note(self, of: Any, name: str, value: Any) -> None:
         """Somebody has asked an object for an attribute, and got a value."""
@@ -111,12 +112,13 @@ class Notes:
         finally:
             self._is_busy = False
 
-    def note_outside(self, of: Any, name: str, ask: Callable[[], Any], value: Any) -> None:
+    def note_outside(self, question: "Question", value: Any) -> None:
         """Somebody has asked for a name or for an attribute of a class or of a module, and got a value."""
-        if not self._is_busy and (id(of), name) not in self.outside:
+        key = id(question.of), question.name
+        if not self._is_busy and key not in self.outside:
             self._is_busy = True
             try:
-                self.outside[id(of), name] = ask, self.described(value)
+                self.outside[key] = question, self.described(value)
             finally:
                 self._is_busy = False
 
@@ -126,7 +128,7 @@ class Notes:
         if number is not None:
             self.replaced[number] = names
         elif isinstance(part, type):
-            self.note_outside(part, "", functools.partial(replaced, part), names)
+            self.note_outside(Question("methods", part, ""), names)
 
     def _watch(self, kind: type) -> bool:
         """Note from now on what is asked of objects of a class. False if that is not possible."""
@@ -180,8 +182,8 @@ class Notes:
         try:
             for value, wanted in zip(arguments, self.first, strict=True):
                 compare(value, wanted, found)
-            for ask, wanted in self.outside.values():
-                compare(ask(), wanted, found)
+            for question, wanted in self.outside.values():
+                compare(question.answer(), wanted, found)
             for (number, name), wanted in self.asked.items():
                 compare(getattr(found[number], name, Missing), wanted, found)
             if any(replaced(found[number]) != names for number, names in self.replaced.items()):
@@ -193,6 +195,29 @@ class Notes:
 
 class Missing:
     """What stands for an attribute that an object does not have."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question that is not about an object of the kernel.
+
+    Attributes:
+        kind: "name" of a module, "cell" of a function in another one, "attribute" of a class or of a module, or
+            "methods" of a class that were replaced.
+        of: the names, the cell, or the class or the module. name: what is asked for.
+    """
+
+    kind: str
+    of: Any
+    name: str
+
+    def answer(self) -> Any:
+        """What is there now."""
+        if self.kind == "name":
+            return self.of.get(self.name, Missing)
+        if self.kind == "methods":
+            return replaced(self.of)
+        return self.of.cell_contents if self.kind == "cell" else getattr(self.of, self.name, Missing)
 
 
 class NotedNames(dict):
@@ -216,10 +241,9 @@ class NotedNames(dict):
             of = self.function
             if name in of.__code__.co_freevars:
                 cell = of.__closure__[of.__code__.co_freevars.index(name)]
-                noting[-1].note_outside(cell, name, lambda: cell.cell_contents, value)
+                noting[-1].note_outside(Question("cell", cell, name), value)
             else:
-                names = of.__globals__
-                noting[-1].note_outside(names, name, lambda: names.get(name, Missing), value)
+                noting[-1].note_outside(Question("name", of.__globals__, name), value)
         return value
 
 
@@ -232,7 +256,7 @@ def note_static(of: Any, name: str, value: Any) -> None:
     """Note what a kernel has found at a class or at a module, unless it is one of Taichi's or of numpy's."""
     home = of.__name__ if isinstance(of, types.ModuleType) else of.__module__
     if noting and not home.startswith(("taichi.", "numpy", "math")):
-        noting[-1].note_outside(of, name, lambda: getattr(of, name, Missing), value)
+        noting[-1].note_outside(Question("attribute", of, name), value)
 
 
 @LISTENERS.append
@@ -253,18 +277,30 @@ class One:
             self.value = lambda: value
 
     def is_it(self, value: Any) -> bool:
-        """Whether this is the object, or a field with the same memory."""
-        return self.value() is (value.vars[0] if isinstance(value, PLACED) else value)
+        """Whether this is the object."""
+        return self.value() is value
+
+
+class Place(One):
+    """Wants a field of Taichi's with the same memory, for which several objects may stand."""
+
+    def __init__(self, field: Any) -> None:
+        super().__init__(field.vars[0])
+        self.form = form_of(field)
+
+    def is_it(self, value: Any) -> bool:
+        """Whether this is such a field."""
+        return isinstance(value, PLACED) and super().is_it(value.vars[0]) and form_of(value) == self.form
 
 
 class Met:
     """Wants an object of a class, which is always the same one.
 
     Args:
-        number: of the object. kind: its class. layout: see ``layout``.
+        number: of the object. kind: wants its class. layout: see ``layout``.
     """
 
-    def __init__(self, number: int, kind: type, layout: Any = None) -> None:
+    def __init__(self, number: int, kind: One, layout: Any = None) -> None:
         self.number, self.kind, self.layout = number, kind, layout
 
 
@@ -282,7 +318,7 @@ def compare(value: Any, wanted: Any, found: dict[int, Any]) -> None:
             raise OtherError
     elif isinstance(wanted, Met):
         known = found.setdefault(wanted.number, value)
-        if known is not value or kind is not wanted.kind:
+        if known is not value or not wanted.kind.is_it(kind):
             raise OtherError
         if wanted.layout is not None and layout(value) != wanted.layout:
             raise OtherError
@@ -332,6 +368,11 @@ def is_aside(wanted: Any) -> bool:
     """Whether a description contains a value in the kernel."""
     has_elements = isinstance(wanted, tuple) and len(wanted) > 1 and isinstance(wanted[1], list)
     return wanted is None or (has_elements and any(map(is_aside, wanted[1])))
+
+
+def form_of(field: Any) -> tuple[str, int, Any, Any]:
+    """What a field of Taichi's is: of numbers, vectors or matrices, how many parts it has, and its rows and columns."""
+    return type(field).__name__, len(field.vars), getattr(field, "n", None), getattr(field, "m", None)
 
 
 def layout(field: Any) -> Any:

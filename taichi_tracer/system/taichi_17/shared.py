@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from taichi_tracer.system import arrays
+from taichi_tracer.system.taichi_17 import kept
 from taichi_tracer.system.taichi_17.questions import Notes, noting
 
 MOST_KERNELS = 8  # kernels that are remembered for each function
@@ -62,22 +63,32 @@ def sharing(usual: Callable) -> Callable:
                     self.compiled_kernels[key] = one.kernel
                     launches(self)[key] = launch
                     return
+        if (old := kept.find(self, objects, features)) is not None:
+            notes, self.compiled_kernels[key], launches(self)[key] = old
+            remember(self, Known(notes, self.compiled_kernels[key], launches(self)[key], features))
+            return
         notes = Notes(objects)
         noting.append(notes)
-        try:
-            usual(self, key=key, args=args, arg_features=arg_features)
-        finally:
-            noting.pop()
-            notes.end()
-        kernel = self.compiled_kernels[key]
-        launch = arguments_of(kernel)
-        is_shared = launch is None or launch.know(notes.numbers)
-        notes.forget_objects()
-        if is_shared:
-            known.insert(0, Known(notes, kernel, launch, features))
-            del known[MOST_KERNELS:]
+        with kept.reading(self, features) as keep:
+            try:
+                usual(self, key=key, args=args, arg_features=arg_features)
+            finally:
+                noting.pop()
+                notes.end()
+            kernel = self.compiled_kernels[key]
+            launch = arguments_of(kernel)
+            if launch is None or launch.know(notes.numbers):
+                keep(notes, launch)
+                notes.forget_objects()
+                remember(self, Known(notes, kernel, launch, features))
 
     return materialize
+
+
+def remember(kernel: Any, known: Known) -> None:
+    """Remember a kernel that was read, and forget the one that was read first."""
+    kernel.known.insert(0, known)
+    del kernel.known[MOST_KERNELS:]
 
 
 def choosing(usual: Callable) -> Callable:
