@@ -1,8 +1,8 @@
 """How long Taichi has made machine code of kernels: which kernels, and what a second run need not do again.
 
-The first call of a kernel has two parts. Python reads the source of the kernel and builds Taichi's own program, in
-every process. Then Taichi translates this program into machine code, which it keeps in a folder, so that another
-process finds it there. Only the second part is what a second run is spared.
+The first call of a kernel has two parts. Python reads the source of the kernel and builds Taichi's own program. Then
+Taichi translates this program into machine code, which it keeps in a folder, so that another process finds it there. Of
+large kernels, ``taichi_17.kept`` keeps the first part as well. A second run is spared what is kept.
 
 ``taichi_17.kernels`` notes both parts here. Without it, no kernel is known, and no seconds either.
 """
@@ -33,6 +33,7 @@ class Kernel:
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
         processor: the seconds of the processor of the same, which other programs do not make longer.
         reading_before: the seconds in which Python read it in another process, which has spared this one.
+        is_kept: whether other processes are spared the reading, too.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Kernel:
     translating: float = 0.0
     processor: float = 0.0
     reading_before: float = 0.0
+    is_kept: bool = False
 
     @property
     def is_new(self) -> bool:
@@ -109,6 +111,12 @@ def note_translating(made: Any, seconds: float, processor: float) -> None:
         _spent.append(seconds)
 
 
+def note_kept(made: Any) -> None:
+    """The reading of a kernel is kept, of which ``made`` is Taichi's object: if it is new, no other process reads it."""
+    if id(made) in _by_id:
+        _by_id[id(made)].is_kept = True
+
+
 def seconds_spent() -> float:
     """The seconds in which kernels were read, and translated or loaded, since this process began."""
     return _seconds
@@ -116,7 +124,7 @@ def seconds_spent() -> float:
 
 def seconds_to_save() -> float:
     """The seconds that were spent on kernels that were not in the folder, so that another process is spared them."""
-    return sum(_spent)
+    return sum(_spent) + sum(kernel.reading for kernel in _kernels if kernel.is_kept and kernel.is_new)
 
 
 def kernels_made() -> int:

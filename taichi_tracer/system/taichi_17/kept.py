@@ -33,6 +33,7 @@ from taichi._lib import core
 from taichi.lang import impl
 from taichi.lang.expr import Expr, make_expr_group
 
+from taichi_tracer.system import compiling
 from taichi_tracer.system.taichi_17 import records
 from taichi_tracer.system.taichi_17.questions import Notes
 from taichi_tracer.system.taichi_17.words import OWN
@@ -162,21 +163,22 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
 
 
 @contextlib.contextmanager
-def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any], None]]:
-    """While Python reads a kernel. Yields a function that keeps the questions, and what sets the arguments."""
+def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], None]]:
+    """While Python reads a kernel. Yields a function that keeps the questions, the kernel, and what sets its arguments."""
     global _name
     file, began = file_of(kernel), time.perf_counter()
     parameters.clear()
     name = f"{kernel.func.__name__}_{secrets.token_hex(8)}"
     _name = name if is_used and is_plain(kernel) else None
 
-    def keep(notes: Notes, launch: Any) -> None:
+    def keep(notes: Notes, made: Any, launch: Any) -> None:
         seconds = time.perf_counter() - began
         if file is None or seconds < LONG or kernel.has_print:
             return
         facts = {"function": kernel.func.__qualname__, "features": repr(features), "parameters": parameters}
         record = records.written(notes, launch=launch and launch.bare(), **facts)
         if record is not None:
+            compiling.note_kept(made)
             _waiting.append(Waiting(name, file, record, seconds, kernel.autodiff_mode))
 
     try:

@@ -46,7 +46,7 @@ def sharing(usual: Callable) -> Callable:
 
     @functools.wraps(usual)
     def materialize(self: Any, key: Any = None, args: Any = None, arg_features: Any = None) -> None:
-        if key is None or key in self.compiled_kernels or not self.template_slot_locations or not arrays.are_possible():
+        if key is None or key in self.compiled_kernels or not arrays.are_possible():
             usual(self, key=key, args=args, arg_features=arg_features)
             return
         self.runtime.materialize()  # it may forget all kernels
@@ -78,7 +78,7 @@ def sharing(usual: Callable) -> Callable:
             kernel = self.compiled_kernels[key]
             launch = arguments_of(kernel)
             if launch is None or launch.know(notes.numbers):
-                keep(notes, launch)
+                keep(notes, kernel, launch)
                 notes.forget_objects()
                 remember(self, Known(notes, kernel, launch, features))
 

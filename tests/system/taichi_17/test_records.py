@@ -31,7 +31,7 @@ def noted(monkeypatch):
 
     @contextlib.contextmanager
     def reading(kernel, features):
-        def keep(notes, launch):
+        def keep(notes, made, launch):
             record = records.written(notes, launch=launch and launch.bare(), parameters=[*kept.parameters])
             found[kernel.func.__qualname__] = called[0], record
 
