@@ -164,7 +164,7 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
 
 @contextlib.contextmanager
 def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], None]]:
-    """While Python reads a kernel. Yields a function that keeps the questions, the kernel, and what sets its arguments."""
+    """While Python reads a kernel. Yields a function that keeps the questions, the kernel, and what sets arguments."""
     global _name
     file, began = file_of(kernel), time.perf_counter()
     parameters.clear()
