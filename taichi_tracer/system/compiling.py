@@ -112,7 +112,7 @@ def note_translating(made: Any, seconds: float, processor: float) -> None:
 
 
 def note_kept(made: Any) -> None:
-    """The reading of a kernel, of which ``made`` is Taichi's object, is kept: no other process reads it if it is new."""
+    """The reading of ``made``, Taichi's object of a kernel, is kept: no other process reads it if it is new."""
     if id(made) in _by_id:
         _by_id[id(made)].is_kept = True
 
