@@ -40,6 +40,7 @@ from taichi_tracer.system.taichi_17.words import OWN
 
 LONG = 0.02  # seconds of reading: a kernel that is read in less is not kept
 MOST = 16  # readings that are kept for each function
+MOST_FILES = 200  # of readings, of all functions under all circumstances: each version of the package has its own
 ITSELF = 20051  # what a kernel returns that does nothing
 FOLDER = "readings"  # in Taichi's folder
 CODE = "T*.tic"  # Taichi's files
@@ -97,7 +98,9 @@ def use() -> None:
 def package_files() -> str | None:
     """The times and sizes of the package's files; None if one was changed after this process has begun."""
     home = Path(__file__).parents[2]
-    facts = [(str(path.relative_to(home)), path.stat()) for path in sorted(home.rglob("*.py"))]
+    places = [(root, names) for root, _, names in os.walk(home)]
+    paths = sorted(os.path.join(root, name) for root, names in places for name in names if name.endswith(".py"))
+    facts = [(path[len(str(home)) :], os.stat(path)) for path in paths]
     if max(fact.st_mtime for _, fact in facts) > _started:
         return None
     return repr([(name, fact.st_mtime_ns, fact.st_size) for name, fact in facts])
@@ -127,6 +130,13 @@ def versions() -> tuple[str, ...]:
     return package, ti.__version__, np.__version__, sys.version, sys.platform, platform.machine(), patches
 
 
+def told(features: Any) -> str:
+    """What Taichi notes of arguments that are no objects, as text."""
+    if isinstance(features, tuple):
+        return f"({', '.join(map(told, features))})"
+    return features.to_string() if isinstance(features, core.DataType) else repr(features)
+
+
 def kept_in(file: Path) -> list[Kept]:
     """The readings in a file."""
     try:
@@ -151,7 +161,7 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
             notes, facts = records.read(kept.record)
         except records.NoWordError:  # about something that this process has not imported
             continue
-        found = notes.objects_of(objects) if facts["features"] == repr(features) else None
+        found = notes.objects_of(objects) if facts["features"] == told(features) else None
         if found is None:
             continue
         launch = facts["launch"].of(found) if facts["launch"] is not None else None
@@ -175,7 +185,7 @@ def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], 
         seconds = time.perf_counter() - began
         if file is None or seconds < LONG or kernel.has_print:
             return
-        facts = {"function": kernel.func.__qualname__, "features": repr(features), "parameters": parameters}
+        facts = {"function": kernel.func.__qualname__, "features": told(features), "parameters": parameters}
         record = records.written(notes, launch=launch and launch.bare(), **facts)
         if record is not None:
             compiling.note_kept(made)
@@ -334,6 +344,16 @@ def write(made: list[Path]) -> None:
             fresh = file.with_suffix(f".{secrets.token_hex(8)}")
             fresh.write_bytes(pickle.dumps([*kept.values()][:MOST]))
             fresh.replace(file)
+            forget([*kept.values()][MOST:], file.parent.parent)
+            for old in sorted(file.parent.iterdir(), key=lambda path: path.stat().st_mtime)[:-MOST_FILES]:
+                forget(kept_in(old), file.parent.parent)
+                old.unlink()
+
+
+def forget(readings: list[Kept], folder: Path) -> None:
+    """Remove the code under the keys of small kernels, whose readings are not kept any longer."""
+    for one in readings:
+        (folder / one.small).unlink(missing_ok=True)
 
 
 def replace(file: Path, by: Path) -> None:

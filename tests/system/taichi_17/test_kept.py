@@ -177,6 +177,19 @@ def test_a_folder_that_cannot_be_written_is_no_error(processes):
 
 
 @pytest.mark.long
+def test_the_oldest_readings_go_with_their_code(begun):
+    processes, picture = begun
+    first = processes.readings()
+    assert all((processes.kernels / one.small).exists() for one in first)
+    processes.run(f"kept.MOST = kept.MOST_FILES = 1\n{BODIES['paths']}")
+    assert len(processes.readings()) == 1
+    assert not any((processes.kernels / one.small).exists() for one in first)
+    again, found, _ = processes.run()
+    assert found == set()
+    np.testing.assert_array_equal(again, picture)
+
+
+@pytest.mark.long
 def test_without_a_place_for_code_nothing_is_kept(processes):
     processes.run(TI_OFFLINE_CACHE="0")
     assert not (processes.kernels / kept.FOLDER).exists()
