@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import taichi as ti
 
 from taichi_tracer.system import arrays, runtime
 from taichi_tracer.system.taichi_17 import patches
@@ -59,6 +60,12 @@ def needs_arrays() -> None:
     needs_patch("arguments")
     if not arrays.are_possible():
         pytest.skip("fields are Taichi's own on a GPU and in debug mode")
+
+
+def needs_trees() -> None:
+    """Skip the test where Taichi does not tell in which tree a field is: kernels with such fields are not kept."""
+    if ti.__version__ == (1, 7, 3):
+        pytest.skip("Taichi 1.7.3 does not tell the tree of a field")
 
 
 @contextlib.contextmanager

@@ -301,9 +301,10 @@ def finishing(finalize: Callable) -> Callable:
         if _waiting:
             before = {*place.glob(CODE)}
             for one in _waiting:
-                facts = records.read(one.record)[1]
-                small = small_kernel(one.record, facts, one.file, f"{one.name}_small", one.mode)
-                program.compile_kernel(program.config(), program.get_device_caps(), small)
+                with contextlib.suppress(records.NoWordError):  # a module that somebody has removed since
+                    facts = records.read(one.record)[1]
+                    small = small_kernel(one.record, facts, one.file, f"{one.name}_small", one.mode)
+                    program.compile_kernel(program.config(), program.get_device_caps(), small)
         finalize(program)
         with contextlib.suppress(OSError):  # a folder that is full or gone: kernels are read again
             write([path for path in place.glob(CODE) if path not in before] if _waiting else [])

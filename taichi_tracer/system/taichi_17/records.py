@@ -102,7 +102,7 @@ def read(record: bytes) -> tuple[Notes, dict[str, Any]]:
 def lasting(wanted: Any) -> Any:
     """An answer, or a container of some, in which objects are words."""
     if isinstance(wanted, Place):
-        return SamePlace(place_word(of_this(wanted.value()).ptr.snode()), wanted.form)
+        return SamePlace(of_this(place_word(of_this(wanted.value()).ptr.snode())), wanted.form)
     if isinstance(wanted, One):
         return Same(of_this(word(wanted.value())))
     if isinstance(wanted, Met):

@@ -47,11 +47,13 @@ def word(value: Any) -> str | None:
     return None
 
 
-def place_word(node: Any) -> str:
-    """A word for the place of a field in a tree of Taichi's, and for all of the tree."""
+def place_word(node: Any) -> str | None:
+    """A word for the place of a field in a tree of Taichi's, and for all of the tree; none in Taichi 1.7.3."""
     root = node
     while root.parent is not None:
         root = root.parent
+    if not hasattr(root, "get_snode_tree_id"):
+        return None
     tree = root.get_snode_tree_id(), describe(root)
     return f"{node.id} in {hashlib.sha256(repr(tree).encode()).hexdigest()}"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import long_except, needs_arrays, needs_patch, start
+from support import long_except, needs_arrays, needs_patch, needs_trees, start
 
 from taichi_tracer.system.taichi_17 import kept
 
@@ -95,6 +95,8 @@ def begun(processes):
 
 @pytest.mark.parametrize("name", ["a view", *(pytest.param(name, marks=pytest.mark.long) for name in [*BODIES][1:])])
 def test_a_second_process_reads_nothing_large_and_makes_the_same_picture(processes, name):
+    if name == "tiles":
+        needs_trees()
     first, found, read = processes.run(BODIES[name])
     assert found == set()
     again, found, _ = processes.run(BODIES[name])

@@ -7,7 +7,7 @@ import types
 import numpy as np
 import pytest
 import taichi as ti
-from support import start
+from support import needs_trees, start
 from taichi._lib import core
 
 from taichi_tracer import ray
@@ -96,6 +96,7 @@ def node(*fields):
 
 def test_the_word_of_a_place_is_that_of_its_tree():
     start("f32")
+    needs_trees()
     first = node(ti.field(ti.f32), ti.field(ti.f32))
     second = node(ti.field(ti.f32), ti.field(ti.i32))
     assert len({place_word(one) for one in (*first, *second)}) == 4
