@@ -36,7 +36,7 @@ def preparing(create: Callable) -> Callable:
         if readings and readings[-1] in WATCH.proven:
             WATCH.proven.remove(readings[-1])
         elif places and readings:
-            WATCH.forget.append((readings[-1], functools.partial(forget, *readings[-1], made), places))
+            WATCH.forget.append((readings[-1], functools.partial(shared.forget, *readings[-1], made), places))
         return made
 
     return created
@@ -67,14 +67,6 @@ def reading(materialize: Callable) -> Callable:
             readings.pop()
 
     return known
-
-
-def forget(kernel: Any, key: Any, made: Any) -> None:
-    """Let Taichi read a kernel again when it is launched for the same objects."""
-    kernel.compiled_kernels.pop(key, None)
-    shared.launches(kernel).pop(key, None)
-    known = kernel.__dict__.get("known", [])
-    known[:] = [one for one in known if one.kernel is not made]
 
 
 def keeping(usual: Callable) -> Callable:

@@ -33,7 +33,7 @@ from taichi._lib import core
 from taichi.lang import impl
 from taichi.lang.expr import Expr, make_expr_group
 
-from taichi_tracer.system import compiling
+from taichi_tracer.system import clock, compiling
 from taichi_tracer.system.taichi_17 import records
 from taichi_tracer.system.taichi_17.questions import Notes
 from taichi_tracer.system.taichi_17.words import OWN
@@ -85,7 +85,7 @@ _name: str | None = None  # of the kernel that is read, if it may be kept; no ot
 _waiting: list[Waiting] = []
 _unproven: dict[Any, list[Any]] = {}  # kernels that may do nothing → record, its file, and Taichi's object of a launch
 _missed: dict[bytes, Path] = {}  # records of kernels that did nothing → their files
-_started = time.time() - time.process_time()
+_started = time.time() - clock.seconds_since_start()
 
 
 def use() -> None:
@@ -94,8 +94,7 @@ def use() -> None:
     is_used = True
 
 
-@functools.lru_cache(maxsize=1)
-def package_files() -> str | None:
+def files_now() -> str | None:
     """The times and sizes of the package's files; None if one was changed after this process has begun."""
     home = Path(__file__).parents[2]
     places = [(root, names) for root, _, names in os.walk(home)]
@@ -104,6 +103,9 @@ def package_files() -> str | None:
     if max(fact.st_mtime for _, fact in facts) > _started:
         return None
     return repr([(name, fact.st_mtime_ns, fact.st_size) for name, fact in facts])
+
+
+package_files = functools.lru_cache(maxsize=1)(files_now)  # as they were when the first kernel was read
 
 
 def file_of(kernel: Any) -> Path | None:
@@ -272,24 +274,15 @@ def noting_launch(make: Callable) -> Callable:
     return made
 
 
-def launching(launch: Callable) -> Callable:
-    """``Kernel.launch_kernel``, which reads a kernel whose code was not in the folder, and launches it."""
-
-    @functools.wraps(launch)
-    def launched(self: Any, made: Any, *arguments: Any) -> Any:
-        found = launch(self, made, *arguments)
-        if made not in _unproven:
-            return found
-        record, file, context = _unproven.pop(made)
-        if context.get_struct_ret_int((0,)) != ITSELF:
-            return found
-        _missed[record] = file
-        for key in [key for key, one in self.compiled_kernels.items() if one is made]:
-            del self.compiled_kernels[key]
-        self.known[:] = [one for one in self.known if one.kernel is not made]
-        return launched(self, self.compiled_kernels[self.ensure_compiled(*arguments)], *arguments)
-
-    return launched
+def did_nothing(made: Any) -> bool:
+    """Whether a kernel that was just launched is a small one, which ran itself."""
+    if made not in _unproven:
+        return False
+    record, file, context = _unproven.pop(made)
+    if context.get_struct_ret_int((0,)) != ITSELF:
+        return False
+    _missed[record] = file
+    return True
 
 
 def finishing(finalize: Callable) -> Callable:
@@ -298,6 +291,8 @@ def finishing(finalize: Callable) -> Callable:
     @functools.wraps(finalize)
     def finalized(program: Any) -> None:
         place, before = Path(ti.cfg.offline_cache_file_path), set[Path]()
+        if _waiting and files_now() != package_files():  # somebody has edited the package meanwhile
+            _waiting.clear()
         if _waiting:
             before = {*place.glob(CODE)}
             for one in _waiting:

@@ -112,7 +112,7 @@ PATCHES = (
             "taichi._lib:core.Program.create_kernel": (COMPILED, "kept:naming"),
             "taichi._lib:core.Program.finalize": (COMPILED, "kept:finishing"),
             "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "kept:noting_launch"),
-            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "kept:launching"),
+            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "shared:launching"),
             **{f"taichi._lib:core.Kernel.insert_{kind}_param": (COMPILED, "kept:inserting") for kind in PARAMETERS},
         },
         needs=("taichi._lib:core.ASTBuilder.create_kernel_exprgroup_return",),

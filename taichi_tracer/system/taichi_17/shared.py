@@ -91,6 +91,29 @@ def remember(kernel: Any, known: Known) -> None:
     del kernel.known[MOST_KERNELS:]
 
 
+def launching(launch: Callable) -> Callable:
+    """``Kernel.launch_kernel``, which reads and launches a kernel whose code was not in the folder, see ``kept``."""
+
+    @functools.wraps(launch)
+    def launched(self: Any, made: Any, *arguments: Any) -> Any:
+        found = launch(self, made, *arguments)
+        if not kept.did_nothing(made):
+            return found
+        for key in [key for key, one in self.compiled_kernels.items() if one is made]:
+            forget(self, key, made)
+        return launched(self, self.compiled_kernels[self.ensure_compiled(*arguments)], *arguments)
+
+    return launched
+
+
+def forget(kernel: Any, key: Any, made: Any) -> None:
+    """Let Taichi read a kernel again when it is launched for the same objects."""
+    kernel.compiled_kernels.pop(key, None)
+    launches(kernel).pop(key, None)
+    known = kernel.__dict__.get("known", [])
+    known[:] = [one for one in known if one.kernel is not made]
+
+
 def choosing(usual: Callable) -> Callable:
     """``Kernel.ensure_compiled``, which Taichi calls before a launch: it chooses the arguments of the objects."""
 
