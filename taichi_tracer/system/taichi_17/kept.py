@@ -353,10 +353,7 @@ def forget(readings: list[Kept], folder: Path) -> None:
 
 
 def replace(file: Path, by: Path) -> None:
-    """Give a file the content of another one, at once."""
+    """Give a file the content of another one, at once. It is a copy: Taichi may write into either of them."""
     fresh = file.with_suffix(f".{secrets.token_hex(8)}")
-    try:
-        os.link(by, fresh)
-    except OSError:  # a file system without links
-        shutil.copyfile(by, fresh)
+    shutil.copyfile(by, fresh)
     fresh.replace(file)
