@@ -127,6 +127,9 @@ def test_what_is_missing_is_made_again(begun, name):
     again, found, _ = processes.run()
     assert found == (set() if name in ("both", "readings") else VIEW), "without the code's name, it cannot be found"
     np.testing.assert_array_equal(again, picture)
+    for one in processes.readings():
+        if (processes.kernels / one.large).exists():
+            assert (processes.kernels / one.large).stat().st_nlink == 1, "what is written into one file is not in another"
 
 
 OWN = """
