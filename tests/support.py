@@ -8,9 +8,11 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import taichi as ti
 
+import taichi_tracer as tt
 from taichi_tracer.system import arrays, runtime
 from taichi_tracer.system.taichi_17 import patches
 
@@ -32,6 +34,14 @@ def long_except(values, *quick) -> list:
     """Values for ``parametrize``: all but the quick ones are marked long, because they repeat what those check."""
     rows = [(value, value if isinstance(value, tuple) else (value,)) for value in values]
     return [value if value in quick else pytest.param(*row, marks=pytest.mark.long) for value, row in rows]
+
+
+def any_scene(seed: int, **options) -> tt.SceneData:
+    """Triangles at random, another number of them for each seed."""
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(60 + seed, 3))
+    faces = np.array([rng.choice(len(corners), 3, replace=False) for _ in range(120 + seed)])
+    return tt.scene_from_mesh(corners, faces, **{"environment": "studio", **options})
 
 
 def data_file(name: str) -> Path:

@@ -1,19 +1,15 @@
 """The questions that the reading of a kernel asked, as bytes: another process asks them of its own objects."""
 
-import functools
-import inspect
 import io
 import pickle
 import sys
 import types
-from collections.abc import Iterator
 from typing import Any
 
 from taichi._lib import core
 
-from taichi_tracer.system.seams import runs_in_kernels
-from taichi_tracer.system.taichi_17.questions import NUMBERS, PLACED, Met, Notes, One, Place, Question, form_of
-from taichi_tracer.system.taichi_17.words import OWN, found, place_word, type_of, type_word, word
+from taichi_tracer.system.taichi_17.questions import PLACED, Met, Notes, One, Place, Question, form_of
+from taichi_tracer.system.taichi_17.words import found, place_word, type_of, type_word, word
 
 
 class NoWordError(Exception):
@@ -76,7 +72,7 @@ def written(notes: Notes, **facts: Any) -> bytes | None:
     """
     stream = io.BytesIO()
     try:
-        outside = {(kind, place, name): wanted for kind, place, name, wanted in map(placed, questions_of(notes))}
+        outside = {(kind, place, name): wanted for kind, place, name, wanted in map(placed, notes.outside.values())}
         lists = notes.first, notes.asked, outside, notes.replaced
         Pickler(stream).dump((*map(lasting, lists), facts))
     except (NoWordError, pickle.PicklingError, AttributeError, TypeError):
@@ -121,61 +117,3 @@ def placed(question: tuple[Question, Any]) -> tuple[str, str, str, Any]:
             raise NoWordError
         return asked.kind, of_this(word(sys.modules[module])), asked.name, wanted
     return asked.kind, of_this(word(asked.of)), asked.name, wanted
-
-
-def questions_of(notes: Notes) -> Iterator[tuple[Question, Any]]:
-    """All questions that are not about objects: those of Taichi, and those of the functions that Python has run."""
-    yield from notes.outside.values()
-    seen: set[Any] = set()
-    waiting = [*functions_in((notes.first, notes.asked, [wanted for _, wanted in notes.outside.values()]))]
-    for number, name in notes.asked:
-        kept = inspect.getattr_static(type(notes.objects[number]), name, None)
-        getter = kept.fget if isinstance(kept, property) else getattr(kept, "func", None)
-        waiting += [getter] if isinstance(getter, types.FunctionType) else []
-    while waiting:
-        function = waiting.pop()
-        if function in seen or not (function.__module__ or "").startswith(OWN) or runs_in_kernels(function):
-            continue
-        seen.add(function)
-        names, words = function.__globals__, set(names_in(function.__code__))
-        for name in sorted(words & names.keys()):
-            values = [(Question("name", names, name), names[name])]
-            if isinstance(names[name], types.ModuleType) and names[name].__name__.startswith(OWN):
-                there = names[name]
-                values += [
-                    (Question("attribute", there, one), vars(there)[one]) for one in sorted(words & vars(there).keys())
-                ]
-            for question, value in values:
-                waiting += [value] if isinstance(value, types.FunctionType) else []
-                if (wanted := constant(value)) is not None and (id(question.of), question.name) not in notes.outside:
-                    yield question, wanted
-
-
-def functions_in(wanted: Any) -> Iterator[types.FunctionType]:
-    """The functions among answers."""
-    if isinstance(wanted, One):
-        if isinstance(function := wanted.value(), types.FunctionType):
-            yield function
-    elif isinstance(wanted, (tuple, list, dict)):
-        for one in wanted.values() if isinstance(wanted, dict) else wanted:
-            yield from functions_in(one)
-
-
-def names_in(code: types.CodeType) -> Iterator[str]:
-    """The names that a function and those in it use besides their own."""
-    yield from code.co_names
-    for one in code.co_consts:
-        if isinstance(one, types.CodeType):
-            yield from names_in(one)
-
-
-def constant(value: Any) -> Any:
-    """What another value must be to stand for this one, if nobody changes it by calls; None if somebody may."""
-    if isinstance(value, NUMBERS):
-        return type(value), value
-    if type(value) is tuple:
-        elements = [constant(one) for one in value]
-        return None if None in elements else (tuple, elements)
-    if isinstance(value, functools.partial) or word(value) is None:
-        return One(value) if isinstance(value, types.FunctionType) else None
-    return One(value)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from taichi_tracer.system import arrays
-from taichi_tracer.system.taichi_17 import kept
+from taichi_tracer.system.taichi_17 import kept, names
 from taichi_tracer.system.taichi_17.questions import Notes, noting
 
 MOST_KERNELS = 8  # kernels that are remembered for each function
@@ -72,6 +72,7 @@ def sharing(usual: Callable) -> Callable:
         with kept.reading(self, features) as keep:
             try:
                 usual(self, key=key, args=args, arg_features=arg_features)
+                names.note(notes)
             finally:
                 noting.pop()
                 notes.end()

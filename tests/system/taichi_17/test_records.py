@@ -7,7 +7,7 @@ import types
 import numpy as np
 import pytest
 import taichi as ti
-from support import long_except, needs_arrays, needs_trees, start
+from support import any_scene, long_except, needs_arrays, needs_trees, start
 from taichi.lang.field import Field
 from taichi.lang.matrix import Matrix
 from taichi.lang.struct import StructType
@@ -43,23 +43,16 @@ def noted(monkeypatch):
     return found
 
 
-def scene(seed: int, **options):
-    """Triangles at random, another number of them for each seed."""
-    rng = np.random.default_rng(seed)
-    faces = np.array([rng.choice(60 + seed, 3, replace=False) for _ in range(120 + seed)])
-    return tt.scene_from_mesh(rng.normal(size=(60 + seed, 3)), faces, **{"environment": "studio", **options})
-
-
 def tiles(seed):
     """Direct light in tiles."""
-    renderer = tt.A2Renderer(scene(seed), 16, 12).use("mis")
+    renderer = tt.A2Renderer(any_scene(seed), 16, 12).use("mis")
     renderer.use_tiles = True
     return renderer
 
 
 MADE = {
-    "ProgressiveRenderer._take_sample": lambda seed: tt.A4Renderer(scene(seed), 16, 12).use("path"),
-    "PrimaryHits._trace_rays": lambda seed: tt.A1Renderer(scene(seed), 16, 12).use("normal"),
+    "ProgressiveRenderer._take_sample": lambda seed: tt.A4Renderer(any_scene(seed), 16, 12).use("path"),
+    "PrimaryHits._trace_rays": lambda seed: tt.A1Renderer(any_scene(seed), 16, 12).use("normal"),
     "Tiles._take": tiles,
 }
 
@@ -148,7 +141,7 @@ def test_a_kernel_that_asks_for_something_of_ones_own_has_no_record(noted):
         def shade_ray(self, ray):
             return ti.Vector([0.5, 0.5, 0.5])
 
-    Own(scene(1), 16, 12).render(1)
+    Own(any_scene(1), 16, 12).render(1)
     assert [record for name, (_, record) in noted.items() if "take" in name] == [None]
 
 
@@ -158,12 +151,12 @@ def test_a_method_that_was_assigned_has_no_record(noted, monkeypatch):
         return 0.5 / (4 * np.pi)
 
     monkeypatch.setattr(tt.UniformSampler, "evaluate_probability", staticmethod(half))
-    tt.A2Renderer(scene(1), 16, 12).use("uniform").render(2)
+    tt.A2Renderer(any_scene(1), 16, 12).use("uniform").render(2)
     assert noted["ProgressiveRenderer._take_sample"][1] is None
 
 
 def test_constants_of_functions_that_python_runs_are_asked_for(noted, monkeypatch):
-    tt.A2Renderer(scene(1), 16, 12).use("uniform").render(1)
+    tt.A2Renderer(any_scene(1), 16, 12).use("uniform").render(1)
     called, record = noted.pop("ProgressiveRenderer._take_sample")
     notes, _ = records.read(record)
     assert notes.objects_of(called) is not None

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import taichi as ti
-from support import long_except, needs_arrays, needs_patch, start
+from support import any_scene, long_except, needs_arrays, needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.system import compiling
@@ -32,19 +32,11 @@ def fresh():
     needs_patch("counters")
 
 
-def scene(seed: int, **options):
-    """Triangles at random, another number of them for each seed."""
-    rng = np.random.default_rng(seed)
-    corners = rng.normal(size=(60 + seed, 3))
-    faces = np.array([rng.choice(len(corners), 3, replace=False) for _ in range(120 + seed)])
-    return tt.scene_from_mesh(corners, faces, **{"environment": "studio", **options})
-
-
 def picture(cls, name, tiles=None, samples=2, **options):
     """Makes a picture of a scene, which has a number, in a size."""
 
     def make(seed, size):
-        renderer = cls(scene(seed, **options), *size).use(name)
+        renderer = cls(any_scene(seed, **options), *size).use(name)
         renderer.use_tiles = tiles
         return renderer.render(samples).image()
 
@@ -53,7 +45,7 @@ def picture(cls, name, tiles=None, samples=2, **options):
 
 def rays(seed, size):
     """The first hits of some rays, and which of them are blocked."""
-    of = scene(seed)
+    of = any_scene(seed)
     towards = np.random.default_rng(seed).normal(size=(size[0], 3)).astype(np.float32)
     hits = of.intersect(np.zeros_like(towards), towards)
     return np.append(hits.distance, of.occluded(np.zeros_like(towards), towards))
@@ -289,7 +281,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("expression", long_except(CHANGES, by_name), ids=lambda function: function.__name__)
 def test_what_a_students_function_finds_around_it_is_part_of_what_a_kernel_was_read_for(expression, monkeypatch):
-    renderer, of = shown(expression), scene(1)
+    renderer, of = shown(expression), any_scene(1)
     assert renderer(of, 8, 8).render().image().max() == 0.25
     began = time.perf_counter()
     assert renderer(of, 8, 8).render().image().max() == 0.25
@@ -306,7 +298,7 @@ def test_a_variable_of_the_function_around_is_too():
 
         return expression
 
-    expression, of = with_weight(0.25), scene(1)
+    expression, of = with_weight(0.25), any_scene(1)
     renderer = shown(expression)
     assert renderer(of, 8, 8).render().image().max() == 0.25
     expression.__wrapped__.__closure__[0].cell_contents = 0.5
@@ -315,7 +307,7 @@ def test_a_variable_of_the_function_around_is_too():
 
 @pytest.mark.long
 def test_a_density_that_is_replaced_later_is_noticed(monkeypatch):
-    of = scene(1)
+    of = any_scene(1)
     first = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
 
     @ti.func
@@ -332,7 +324,7 @@ def test_a_density_that_is_replaced_later_is_noticed(monkeypatch):
 def changes() -> dict[str, list[str]]:
     """What is changed → the names of the kernels that are read then."""
     start("f32")
-    renderer = tt.A2Renderer(scene(1), 16, 12).use("mis").render(2)
+    renderer = tt.A2Renderer(any_scene(1), 16, 12).use("mis").render(2)
     paths = tt.A4Renderer(renderer.scene_data, 16, 12).use("path").render(2)
 
     def moved():
@@ -349,20 +341,20 @@ def changes() -> dict[str, list[str]]:
             def shade_ray(self, ray):
                 return ti.Vector([0.5, 0.5, 0.5])
 
-        Own(scene(1), 16, 12).render(1)
+        Own(any_scene(1), 16, 12).render(1)
 
     sky = np.random.default_rng(0).random((8, 16, 3))
     every = {
         "another mesh": lambda: picture(tt.A2Renderer, "mis")(2, (16, 12)),
         "another size of the picture": lambda: picture(tt.A2Renderer, "mis")(1, (24, 20)),
-        "a crop": lambda: tt.A2Renderer(scene(1), 16, 12, crop=(2, 9, 1, 8)).use("mis").render(1),
-        "another seed": lambda: tt.A2Renderer(scene(1), 16, 12, seed=5).use("mis").render(1),
+        "a crop": lambda: tt.A2Renderer(any_scene(1), 16, 12, crop=(2, 9, 1, 8)).use("mis").render(1),
+        "another seed": lambda: tt.A2Renderer(any_scene(1), 16, 12, seed=5).use("mis").render(1),
         "the camera": moved,
         "the environment's image": lambda: picture(tt.A2Renderer, "mis", environment=sky)(1, (16, 12)),
         "`max_bounces`": bounces,
         "another estimator": lambda: picture(tt.A2Renderer, "brdf")(1, (16, 12)),
         "the same estimator again": lambda: picture(tt.A2Renderer, "mis")(3, (16, 12)),
-        "another sampler": lambda: tt.A2Renderer(scene(1), 16, 12, sampler="sobol").use("mis").render(1),
+        "another sampler": lambda: tt.A2Renderer(any_scene(1), 16, 12, sampler="sobol").use("mis").render(1),
         "no environment": lambda: picture(tt.A2Renderer, "mis", environment=None)(1, (16, 12)),
         "a method of your own": replaced,
     }
