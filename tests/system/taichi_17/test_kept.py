@@ -129,7 +129,7 @@ def test_what_is_missing_is_made_again(begun, name):
     np.testing.assert_array_equal(again, picture)
     for one in processes.readings():
         if (processes.kernels / one.large).exists():
-            assert (processes.kernels / one.large).stat().st_nlink == 1, "what is written into one file is not in another"
+            assert (processes.kernels / one.large).stat().st_nlink == 1, "two names of one file would change together"
 
 
 OWN = """
