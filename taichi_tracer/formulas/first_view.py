@@ -75,10 +75,11 @@ def score(view: dict[str, Any], surface: Surface) -> float:
     point = np.flatnonzero((z > 0) & (abs(x) < half) & (abs(y) < half))
     place = (np.stack([x, y])[:, point] / half[point] + 1) / 2 * CELLS
     cell = place.astype(np.int64).T @ (1, CELLS)
-    nearest = np.full((CELLS + 1) ** 2, -1)  # a point at the border may be rounded into the row behind it
-    far_first = np.argsort(z[point], kind="stable")[::-1]
-    nearest[cell[far_first]] = point[far_first]  # of several numbers for one cell, the last one stays
-    seen = nearest[nearest >= 0]
+    nearest = np.full((CELLS + 1) ** 2, np.inf)  # a point at the border may be rounded into the row behind it
+    np.minimum.at(nearest, cell, z[point])
+    at_front = np.flatnonzero(z[point] == nearest[cell])
+    _, first = np.unique(cell[at_front], return_index=True)  # of several equally near points
+    seen = point[at_front[first]]
     if len(seen) == 0:
         return 0.0
     is_front = (surface.normals[seen] * (eye - surface.points[seen])).sum(axis=1) > 0

@@ -105,8 +105,9 @@ class RenderedPicture:
     def error_curve(self) -> list[ErrorPoint]:
         """How the error of this picture fell: (samples, seconds, error) of every look at it.
 
-        ``error()`` looks, and so does ``render`` with a target of time or error, or with ``watch``. ``error_curves``
-        has the curves of all integrators that were tried, by name, until the camera, the scene or the light changes.
+        ``error()`` looks, and so does ``render`` with a target of error, and after its first second with a target of
+        time or with ``watch``. ``error_curves`` has the curves of all integrators that were tried, by name, until the
+        camera, the scene or the light changes.
         """
         return self.error_curves.get(self.active.name, [])
 

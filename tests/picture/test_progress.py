@@ -71,6 +71,15 @@ def test_a_small_error_after_few_samples_is_not_believed():
     assert progress.samples == 8
 
 
+@pytest.mark.parametrize("target", [Target(spp=100), Target(time=10.0)])
+def test_what_is_over_soon_is_not_looked_at(target):
+    progress, looked_at = Progress(target), []
+    for _ in range(30):
+        progress.took(0.1)
+        progress.look(lambda: looked_at.append(progress.seconds) or told(0.01))
+    assert looked_at[0] == pytest.approx(1.0, abs=0.11)
+
+
 def test_slope_of_a_straight_line():
     assert slope([(n, 3 * n**-0.7) for n in (1, 5, 20, 90)]) == pytest.approx(-0.7)
 
