@@ -14,7 +14,7 @@ from taichi_tracer.system import processors
 
 RUNS = 7
 LOOK = 0.5  # seconds over which the share of other programs is measured
-VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2"}  # the widest first
+VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2"}  # of the processor, on which ratios depend; the widest first
 REST = 0.05  # seconds before each call, because threads of some libraries stay busy for a while after their work
 
 
@@ -48,10 +48,7 @@ def ratio_table(title: str, medians: dict[str, float], base: str, unit: str, per
 
 
 def describe_machine() -> str:
-    """The time, the processor, the number of threads, and the versions of the libraries; see ``note_others``, too.
-
-    Vector instructions are told, because Embree's packets take twice the time without AVX-512.
-    """
+    """The time, the processor, the number of threads, and the versions of the libraries; see ``note_others``, too."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():

@@ -78,7 +78,7 @@ def score(view: dict[str, Any], surface: Surface) -> float:
     nearest = np.full((CELLS + 1) ** 2, np.inf)  # a point at the border may be rounded into the row behind it
     np.minimum.at(nearest, cell, z[point])
     at_front = np.flatnonzero(z[point] == nearest[cell])
-    _, first = np.unique(cell[at_front], return_index=True)  # of several equally near points
+    _, first = np.unique(cell[at_front], return_index=True)  # the first of equally near points
     seen = point[at_front[first]]
     if len(seen) == 0:
         return 0.0

@@ -18,7 +18,7 @@ from taichi_tracer.system.errors import InputError
 SAMPLES_PER_SECOND = 7e6  # of simple scenes: enough to tell short pictures from long ones
 FIRST_ERROR = 8  # samples per pixel before an estimated error may end the rendering; fewer could miss some light
 # Seconds of rendering before the first estimate, if no target depends on it: less is over before anybody has read it.
-FIRST_LOOK = 1.0
+LOOKS_AFTER = 1.0
 COST_OF_LOOKING = 0.02  # the fraction of the time that estimates of the error may take, if no target depends on them
 # If the error is a target: the smallest and the largest number of new samples before the next estimate, as a fraction
 # of the samples so far.
@@ -161,7 +161,7 @@ class Progress:
     def look(self, estimate) -> None:
         """Estimate the error with ``estimate()``, if an estimate is due; near the target, it is due more often."""
         n = self.samples
-        if n < self._next_look or (self.target.error is None and self.seconds < FIRST_LOOK):
+        if n < self._next_look or (self.target.error is None and self.seconds < LOOKS_AFTER):
             return
         start = perf_counter()
         self.error = estimate()

@@ -35,9 +35,9 @@ def questions_of(notes: Notes) -> Iterator[tuple[Question, Any]]:
         seen.add(function)
         names, words = function.__globals__, set(names_in(function.__code__))
         for name in sorted(words & names.keys()):
-            values = [(Question("name", names, name), names[name])]
             there = names[name]
-            if isinstance(there, types.ModuleType) and not is_of_others(there.__name__):
+            values = [(Question("name", names, name), there)]
+            if has_attributes(there, is_home(function.__module__)):
                 values += [
                     (Question("attribute", there, one), vars(there)[one]) for one in sorted(words & vars(there).keys())
                 ]
@@ -46,6 +46,18 @@ def questions_of(notes: Notes) -> Iterator[tuple[Question, Any]]:
                 wanted = constant(value) if is_home(function.__module__) else notes.described(value)
                 if wanted is not None:
                     yield question, wanted
+
+
+def has_attributes(value: Any, is_own: bool) -> bool:
+    """Whether the attributes of a value may be constants: those of modules, and in a student's code of all objects.
+
+    Args:
+        is_own: whether the package's own code uses the value; what its objects have changes by calls.
+    """
+    if isinstance(value, types.ModuleType):
+        return not is_of_others(value.__name__)
+    home = value.__module__ if isinstance(value, type) else type(value).__module__
+    return not is_own and hasattr(value, "__dict__") and not is_of_others(home)
 
 
 def is_of_others(module: str | None) -> bool:

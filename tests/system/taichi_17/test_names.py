@@ -1,6 +1,8 @@
 """A name that a function uses is part of what a kernel was read for, also if Python runs the function."""
 
 import time
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -14,6 +16,17 @@ from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.taichi_17 import names
 
 FACTOR, FACTORS, TABLE = 0.25, [1.0, 0.25], {"factor": 0.25}
+
+
+@dataclass
+class Settings:
+    """What a student gathers in a notebook."""
+
+    factor: float
+    weight: ClassVar[float] = 0.25
+
+
+SETTINGS = Settings(0.25)
 
 
 @pytest.fixture(autouse=True)
@@ -39,6 +52,14 @@ def number_of_a_dictionary():
     return TABLE["factor"]
 
 
+def attribute_of_a_class():
+    return Settings.weight
+
+
+def attribute_of_an_object():
+    return SETTINGS.factor
+
+
 @in_kernels
 def number_in_kernels():
     return FACTOR
@@ -60,6 +81,8 @@ CHANGES = {
     number_of_another_function: lambda patch: patch.setitem(globals(), "FACTOR", 0.5),
     element_of_a_list: lambda _: FACTORS.__setitem__(1, 0.5),
     number_of_a_dictionary: lambda patch: patch.setitem(TABLE, "factor", 0.5),
+    attribute_of_a_class: lambda patch: patch.setattr(Settings, "weight", 0.5),
+    attribute_of_an_object: lambda patch: patch.setattr(SETTINGS, "factor", 0.5),
     number_in_kernels: lambda patch: patch.setitem(globals(), "FACTOR", 0.5),
 }
 
