@@ -107,7 +107,7 @@ def curve(
 
     def look(progress) -> None:
         nonlocal next_look
-        if progress.seconds >= next_look:
+        if progress.is_speed_known and progress.seconds >= next_look:
             points.append((error_of(renderer.image()), progress.seconds))
             next_look = LATER * progress.seconds
 

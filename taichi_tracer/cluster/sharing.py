@@ -16,7 +16,7 @@ from taichi_tracer.cluster.members import Cluster, Given, Member, last_line, lat
 from taichi_tracer.cluster.parcel import Parcel
 from taichi_tracer.cluster.ranges import FIRST, LATE, LEAST, Ledger, Range, size_of
 from taichi_tracer.picture.adaptive import adapt
-from taichi_tracer.picture.progress import RECENT, Progress, Target
+from taichi_tracer.picture.progress import Progress, Target
 from taichi_tracer.system.errors import IncompleteError, InputError
 
 DEPTH = 2  # ranges that a worker has: one that it renders, and one that waits, so that it never does
@@ -29,19 +29,6 @@ TRIES = 5  # how often the same thing may fail before the rendering ends
 PATIENCE = 10.0  # seconds in which sums have to come, before somebody is suspected to hang
 FAREWELL = 20.0  # seconds in which what is done may come after an interruption
 BEGIN = 0.25  # seconds that the first range of a worker takes, about: its time was measured on one sample
-
-
-class SharedProgress(Progress):
-    """Progress of a picture to which many samples are added at once."""
-
-    def took(self, seconds: float, samples: float = 1, compiles: bool = False) -> None:
-        """Record that so many samples came in so many seconds."""
-        self.samples += samples
-        if compiles:
-            self._compiling.append(seconds)
-        elif samples > 0:
-            self._later += seconds
-            self._recent = [*self._recent[1 - RECENT :], seconds / samples]
 
 
 @dataclass
@@ -116,7 +103,7 @@ class Sharing:
             renderer.begin()
             if renderer.adaptive:
                 pilot = adapt(renderer)
-        renderer.progress = self.progress = SharedProgress(target, pilot=pilot)
+        renderer.progress = self.progress = Progress(target, pilot=pilot)
         self.facts = facts_of(renderer)
         first = renderer.first_sample + renderer.film.samples
         end = None if target.spp is None else first + passes(target.spp, renderer.shares.mean)

@@ -7,7 +7,7 @@ depend on the samples that are added up in it, and its mean is unbiased. Samplin
 be biased, because it stops early where the first samples happen to agree (Kirk & Arvo, "Unbiased sampling techniques
 for image synthesis", SIGGRAPH 1991).
 
-Nobody has to ask for it. A long picture that is rendered to an error or for a time is its own pilot: after 16, 32, 64 …
+Nobody has to ask for it. A long picture that is rendered to an error or for a time is its own pilot: after 8, 16, 32 …
 samples, ``gain_of`` predicts how many times fewer it would need with shares. If that is enough, the picture begins
 again, with other random numbers. Otherwise it goes on, and nothing is lost. This choice does depend on samples that may
 stay in the picture, but only a little on those of any single pixel.
@@ -33,7 +33,7 @@ LEAST_MEAN, ROUNDS = 1 / 12, 16  # of the shares, and of the search for shares t
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
 # as take longer than the compilation of other kernels.
-LEAST_GAIN, FIRST_LOOK = 1.5, 16
+LEAST_GAIN, FIRST_LOOK = 1.5, 8
 MUCH = 1 << 22
 BEGIN = 1 << 20  # the index of its first sample then, whose numbers no pilot had
 QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost

@@ -96,10 +96,11 @@ class Progress:
     error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
     looks: list[tuple[float, float]] = field(default_factory=list)
     place: str = ""
-    _compiling: list[float] = field(default_factory=list)
+    _compiling: list[tuple[float, float]] = field(default_factory=list)
     _on_kernels: float = 0.0
     _later: float = 0.0
     _recent: list[float] = field(default_factory=list)
+    _of_pass: float = 1
     _look_seconds: float = 0.0
     _first_look: float = 0.0
     _next_look: float = 2
@@ -113,26 +114,29 @@ class Progress:
         return f"Progress({', '.join(words)})"
 
     def took(self, seconds: float, samples: float = 1, compiles: bool = False, on_kernels: float = 0.0) -> None:
-        """Record one more pass over all pixels.
+        """Record one more pass over all pixels, or several at once.
 
         Args:
             seconds: the time of the pass, without that of its kernels.
-            samples: the number of samples that a pixel took, on average.
+            samples: the number of samples that a pixel took, on average; 0 if the time was a preparation.
             compiles: whether kernels may have been compiled during the pass.
             on_kernels: seconds of the pass in which they were read, and translated or loaded, as far as this is known.
         """
         self.samples += samples
         self._on_kernels += on_kernels
         if compiles:
-            self._compiling.append(seconds)
+            self._compiling.append((seconds, samples))
         else:
             self._later += seconds
-            self._recent = [*self._recent[1 - RECENT :], seconds]
+            self._recent = [*self._recent[1 - RECENT :], seconds / samples]
+            self._of_pass = samples
 
     @property
     def seconds_per_sample(self) -> float:
-        """The median time of the last passes, without compilation."""
-        return statistics.median(self._recent) if self._recent else min(self._compiling, default=math.nan)
+        """The median time of the last passes, without compilation, for one sample of every pixel on average."""
+        if self._recent:
+            return statistics.median(self._recent)
+        return min((seconds / samples for seconds, samples in self._compiling if samples > 0), default=math.nan)
 
     @property
     def is_speed_known(self) -> bool:
@@ -148,12 +152,14 @@ class Progress:
         before = self._on_kernels + (0.0 if self.pilot is None else self.pilot.compile_seconds)
         if not self._recent:
             return before
-        return before + self._first_look + sum(max(0.0, s - self.seconds_per_sample) for s in self._compiling)
+        usual = self.seconds_per_sample
+        return before + self._first_look + sum(max(0.0, s - samples * usual) for s, samples in self._compiling)
 
     @property
     def seconds(self) -> float:
         """The time of rendering and of estimating the error, without compilation."""
-        spent = self._on_kernels + sum(self._compiling) + self._first_look + self._later + self._look_seconds
+        compiling = sum(seconds for seconds, _ in self._compiling)
+        spent = self._on_kernels + compiling + self._first_look + self._later + self._look_seconds
         if self.pilot is not None:
             spent += self.pilot.seconds + self.pilot.compile_seconds
         return spent - self.compile_seconds
@@ -173,8 +179,8 @@ class Progress:
         self.looks.append((n, float(self.error)))
         if self.target.error is not None:
             least, most = STEPS
-            left = self.samples_left
-            self._next_look = n + max(1, least * n, min(most * n, most * n if math.isnan(left) else left))
+            later = max(1, least * n, min(most * n, self.samples_left))  # most * n, if the latter is NaN
+            self._next_look = n + (n if n < FIRST_ERROR else later)  # 2, 4, 8 samples show how the error falls
         else:
             cost = self._look_seconds / max(1, len(self.looks) - 1)
             self._next_look = n + max(1, cost / (COST_OF_LOOKING * self.seconds_per_sample))
@@ -187,7 +193,7 @@ class Progress:
 
     @property
     def is_done(self) -> bool:
-        """Whether one of the targets is reached. The time is reached if one more sample would miss it by more."""
+        """Whether one of the targets is reached. The time is reached if one more pass would miss it by more."""
         target = self.target
         if target.spp is not None and self.samples >= target.spp:
             return True
@@ -195,7 +201,7 @@ class Progress:
             return True
         if target.time is None or not self._recent:
             return False
-        return self.seconds + self.seconds_per_sample / 2 > target.time
+        return self.seconds + self._of_pass * self.seconds_per_sample / 2 > target.time
 
     @property
     def seconds_left(self) -> float:

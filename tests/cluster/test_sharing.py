@@ -9,8 +9,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.cluster import parcels_of
 from taichi_tracer.cluster.child import Desk, samples_of
-from taichi_tracer.cluster.sharing import SharedProgress, check_adaptive, passes
-from taichi_tracer.picture.progress import Target
+from taichi_tracer.cluster.sharing import check_adaptive, passes
 
 WHICH = (0, 0, None)
 OPTIONS = {"scene": "cube", "estimator": "brdf", "intersector": "brute_force", "size": (12, 8), "arch": "cpu"}
@@ -64,13 +63,3 @@ def test_adaptive_pictures_need_a_sampler_whose_error_is_no_doubling():
         check_adaptive(False, SimpleNamespace(name="niederreiter", doubles=True), True)
     with pytest.raises(tt.InputError, match="--adaptive with --sampler niederreiter on a cluster: its error"):
         check_adaptive(True, SimpleNamespace(name="niederreiter", doubles=True))
-
-
-def test_progress_in_steps_of_many_samples():
-    progress = SharedProgress(Target(spp=100))
-    progress.took(3.0, 0, compiles=True)
-    progress.took(2.0, 40)
-    assert (progress.samples, progress.seconds_per_sample) == (40, 0.05)
-    assert progress.seconds == pytest.approx(2.05)
-    assert progress.compile_seconds == pytest.approx(2.95)
-    assert progress.seconds_left == pytest.approx(60 * 0.05)

@@ -246,7 +246,7 @@ def test_its_shares_end_with_the_picture(box, soon):
         ({"adaptive": False}, {"error": 0.03}),
         ({"sampler": "independent"}, {"error": 0.05}),
         ({}, {"spp": 64}),
-        ({}, {"spp": 24, "error": 0.001}),
+        ({}, {"spp": 14, "error": 0.001}),
     ],
 )
 def test_nobody_else_begins_again(box, soon, options, target):

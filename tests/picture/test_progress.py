@@ -50,6 +50,32 @@ def test_seconds_of_kernels_are_never_those_of_rendering():
     assert (progress.seconds, progress.compile_seconds) == (pytest.approx(0.02), pytest.approx(3.01))
 
 
+def test_progress_in_steps_of_many_samples():
+    """Of a cluster, which begins with a preparation; its first sums bring many samples."""
+    progress = Progress(Target(spp=100))
+    progress.took(3.0, 0, compiles=True)
+    progress.took(2.0, 40)
+    assert (progress.samples, progress.seconds_per_sample) == (40, 0.05)
+    assert (progress.seconds, progress.compile_seconds) == (pytest.approx(2.0), pytest.approx(3.0))
+    assert progress.seconds_left == pytest.approx(60 * 0.05)
+
+
+def test_passes_in_which_few_pixels_take_samples():
+    """Of an adaptive picture: twelve passes are one sample of every pixel on average."""
+    progress = Progress(Target(spp=10, time=1.0))
+    progress.took(1.0, 1 / 12, compiles=True)
+    for _ in range(59):
+        progress.took(0.01, 1 / 12)
+    assert progress.samples == pytest.approx(5)
+    assert progress.seconds_per_sample == pytest.approx(0.12)
+    assert (progress.seconds, progress.compile_seconds) == (pytest.approx(0.6), pytest.approx(0.99))
+    assert progress.seconds_left == pytest.approx(0.4)
+    assert progress.samples_to_come == pytest.approx(0.4 / 0.12)
+    while not progress.is_done:
+        progress.took(0.01, 1 / 12)
+    assert progress.seconds == pytest.approx(1.0, abs=0.011)
+
+
 def test_the_first_target_ends_it():
     progress = Progress(Target(spp=5, time=1.0))
     for _ in range(5):
@@ -61,6 +87,15 @@ def test_the_first_target_ends_it():
         slow.took(0.1, compiles=slow.samples == 0)
     assert slow.samples == 10
     assert slow.seconds_left < 0.05
+
+
+def test_few_looks_before_an_error_may_end_it():
+    """2, 4 and 8 samples show how it falls; more looks would take as long as the samples of a small picture."""
+    progress = Progress(Target(error=0.01))
+    for _ in range(13):
+        progress.took(0.01)
+        progress.look(lambda: told(progress.samples**-0.5))
+    assert [n for n, _ in progress.looks] == [2, 4, 8, 10, 13]
 
 
 def test_a_small_error_after_few_samples_is_not_believed():
