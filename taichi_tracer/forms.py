@@ -15,7 +15,7 @@ from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.camera_calls import through_pixel
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system.seams import why_replaced
-from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, stage
+from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.wings import is_there, wing
 
 NO_FAST_FORMS = "this installation has no fast forms"
@@ -125,18 +125,21 @@ class Plan:
             scene.lights.prepare(self.renderer.active.samples_lights)
         return scene
 
-    def take(self, index: int) -> None:
-        """Take one sample for every pixel."""
-        scene = self.prepared_scene()
-        with stage(EYE_RAYS, waits=True):
-            self.trace_eye_rays(index)
-        with stage(SAMPLES, waits=True):
-            self.take_each(scene, index)
+    @property
+    def passes_at_once(self) -> int:
+        """How many passes one launch of a kernel takes: several, if few pixels take a sample in each of them."""
+        return max(1, int(1 / self.renderer.shares.mean))
 
-    def take_each(self, scene: Any, index: int) -> None:
-        """Take one sample for every pixel, pixel by pixel."""
+    def take(self, index: int, count: int = 1) -> None:
+        """Take so many samples for every pixel."""
+        scene = self.prepared_scene()
+        with stage(SAMPLES, waits=True):
+            self.take_each(scene, index, count)
+
+    def take_each(self, scene: Any, index: int, count: int = 1) -> None:
+        """Take so many samples for every pixel, pixel by pixel."""
         r = self.renderer
-        r._take_sample(r.sample_parts(scene, self.integrator(scene)), r.seed, index)
+        r._take_samples(r.sample_parts(scene, self.integrator(scene)), r.seed, index, count)
 
     def follow(self, other: "Plan") -> None:
         """Take over the choices of another renderer's plan, and its eye rays if they are the same."""

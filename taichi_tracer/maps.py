@@ -153,16 +153,17 @@ class MapRenderer(ProgressiveRenderer):
 
     # ── samples ──
 
-    def add_sample(self, index: int) -> None:
-        """Take one sample for every pixel, and count what it does."""
+    def add_sample(self, index: int, count: int = 1) -> None:
+        """Take samples for every pixel, and count what they do."""
         scene = self.kernel_scene()
         scene.lights.prepare(self.measured.samples_lights)
         key = self.map, self.measured, scene
         parts = self._parts.get(key, lambda: self._watched(self.sample_parts(scene, self.measured)))
         if self.map.is_timed:
-            self._add_times(self.seconds_of_tiles(parts, index), index)
+            for k in range(index, index + count):
+                self._add_times(self.seconds_of_tiles(parts, k), k)
         else:
-            self._take_sample(parts, self.seed, index)
+            self._take_samples(parts, self.seed, index, count)
 
     def _watched(self, parts: SampleParts) -> SampleParts:
         """The parts of a sample as the map in use watches them."""
@@ -188,7 +189,7 @@ class MapRenderer(ProgressiveRenderer):
             """How long a sample of each pixel of one tile takes together."""
             self._tile.choose((x0, x1), (y0, y1))
             begin = time.perf_counter()
-            self._take_sample(parts, self.seed, index)
+            self._take_samples(parts, self.seed, index, 1)
             ti.sync()
             return time.perf_counter() - begin
 

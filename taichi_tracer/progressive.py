@@ -1,6 +1,6 @@
 """Progressive rendering: every call adds samples to every pixel, and any change starts the picture again (A2-2).
 
-The central kernel is ``ProgressiveRenderer._take_sample``: pixel → ray → radiance → film. The renderers of the
+The central kernel is ``ProgressiveRenderer._take_samples``: pixel → ray → radiance → film. The renderers of the
 assignments define which integrators they offer, and have the methods of the handouts.
 """
 
@@ -258,13 +258,14 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     # ── the central kernel ──
 
     @ti.kernel
-    def _take_sample(self, of: ti.template(), seed: ti.u32, index: ti.u32):
+    def _take_samples(self, of: ti.template(), seed: ti.u32, first: ti.u32, count: ti.i32):
         for x, y in ti.ndrange(*of.film.ranges):
-            i, is_taken = of.shares.sample_of(x, y, index)
-            if is_taken:
-                rng = of.sampler.start(seed, x, y, i)
-                ray, hit = of.eye_rays.hit_of(x, y, rng)
-                self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
+            for k in range(count):
+                i, is_taken = of.shares.sample_of(x, y, first + ti.cast(k, ti.u32))
+                if is_taken:
+                    rng = of.sampler.start(seed, x, y, i)
+                    ray, hit = of.eye_rays.hit_of(x, y, rng)
+                    self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
 
     @in_kernels
     def keep(self, film, x, y, value, index):
@@ -280,7 +281,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.film.record(x, y, value, index)
 
     def sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
-        """What a sample of this picture is made of, for ``_take_sample``."""
+        """What a sample of this picture is made of, for ``_take_samples``."""
         parts = SampleParts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
         return self.film.unseen.watched(parts)
 
@@ -334,9 +335,9 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
             raise InputError(f"renderer: iter_counter[None] can only be set to 0, not to {samples!r}: call render")
         self.reset()
 
-    def add_sample(self, index: int) -> None:
-        """Take one sample for every pixel."""
-        self.plan.take(index)
+    def add_sample(self, index: int, count: int = 1) -> None:
+        """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
+        self.plan.take(index, count)
 
     def render(
         self,

@@ -142,7 +142,7 @@ def rendered(scene, spp=2, **options):
 
 def specialisations(owner) -> list[SampleParts]:
     """The parts for which Taichi compiled the kernel of a sample of a renderer."""
-    keys = ProgressiveRenderer._take_sample._primal.mapper.mapping
+    keys = ProgressiveRenderer._take_samples._primal.mapper.mapping
     return [SampleParts(*(part() for part in parts)) for renderer, parts, *_ in keys if renderer() is owner]
 
 

@@ -130,12 +130,22 @@ class FastPlan(Plan):
         of_rays = getattr(self.eye_rays, "forms", frozenset({"plain"}))
         return of_rays | {"tiles"} if self.in_tiles else of_rays
 
-    def take(self, index: int) -> None:
-        """Take one sample for every pixel."""
+    @property
+    def passes_at_once(self) -> int:
+        """One, if each pass has other eye rays, which wait for their samples."""
+        is_plain = self.tiles is None and not isinstance(self.eye_rays, PrimaryHits)
+        return super().passes_at_once if is_plain else 1
+
+    def take(self, index: int, count: int = 1) -> None:
+        """Take so many samples for every pixel: together in the plain form, otherwise one after the other."""
         r = self.renderer
-        self.passes += 1
         scene = self.prepared_scene()
         tiles = self.tiles_for(scene)
+        if count > 1 and (tiles is not None or isinstance(self.eye_rays, PrimaryHits)):
+            for k in range(count):
+                self.take(index + k)
+            return
+        self.passes += count
         with stage(EYE_RAYS, waits=True):
             self.trace_eye_rays(index)
         view_tiles = self.tiles_of_view()
@@ -145,7 +155,7 @@ class FastPlan(Plan):
             elif view_tiles is not None:
                 view_tiles.take(r, scene, r.active, r.seed, index)
             else:
-                self.take_each(scene, index)
+                self.take_each(scene, index, count)
 
     def tiles_for(self, scene: Any) -> Tiles | None:
         """What takes the samples of whole tiles, if it exists, or is possible and worth its compilation."""

@@ -179,7 +179,7 @@ class Tiles:
         self._memory.allocate()
 
     def take(self, seed: int, index: int) -> None:
-        """Take one sample for every pixel, as ``ProgressiveRenderer._take_sample`` does."""
+        """Take one sample for every pixel, as ``ProgressiveRenderer._take_samples`` does."""
         self._take(self.renderer.sample_parts(self.scene, self.integrator), seed, index)
 
     @ti.kernel

@@ -56,7 +56,7 @@ class ViewTiles:
     def take(
         self, renderer: ti.template(), scene: ti.template(), integrator: ti.template(), seed: ti.u32, index: ti.u32
     ):
-        """Give the film the value of every pixel, as ``ProgressiveRenderer._take_sample`` does."""
+        """Give the film the value of every pixel, as ``ProgressiveRenderer._take_samples`` does."""
         self.turns.begin()
         for iteration in range(self.turns.iterations):
             c, piece = self.turns.place_and_piece(iteration)

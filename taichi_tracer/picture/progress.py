@@ -31,6 +31,7 @@ CAUTION = 0.8
 MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from the noise of the estimates
 RECENT = 16  # the number of passes over which the time of a sample is measured
 MOST_SAMPLES = 2**32 - 1  # of a pixel: their indices have 32 bits
+AT_ONCE = 0.1  # seconds of passes that are taken with one launch of a kernel, at most
 SURE = 3  # passes from which the time of a pass is known well enough to decide by it
 
 
@@ -113,14 +114,17 @@ class Progress:
             words.append(f"error {self.error}")
         return f"Progress({', '.join(words)})"
 
-    def took(self, seconds: float, samples: float = 1, compiles: bool = False, on_kernels: float = 0.0) -> None:
+    def took(
+        self, seconds: float, samples: float = 1, compiles: bool = False, on_kernels: float = 0.0, passes: int = 1
+    ) -> None:
         """Record one more pass over all pixels, or several at once.
 
         Args:
-            seconds: the time of the pass, without that of its kernels.
+            seconds: the time of the passes, without that of their kernels.
             samples: the number of samples that a pixel took, on average; 0 if the time was a preparation.
-            compiles: whether kernels may have been compiled during the pass.
-            on_kernels: seconds of the pass in which they were read, and translated or loaded, as far as this is known.
+            compiles: whether kernels may have been compiled in this time.
+            on_kernels: seconds in which they were read, and translated or loaded, as far as this is known.
+            passes: how many passes these were.
         """
         self.samples += samples
         self._on_kernels += on_kernels
@@ -129,7 +133,7 @@ class Progress:
         else:
             self._later += seconds
             self._recent = [*self._recent[1 - RECENT :], seconds / samples]
-            self._of_pass = samples
+            self._of_pass = samples / passes
 
     @property
     def seconds_per_sample(self) -> float:
@@ -137,6 +141,20 @@ class Progress:
         if self._recent:
             return statistics.median(self._recent)
         return min((seconds / samples for seconds, samples in self._compiling if samples > 0), default=math.nan)
+
+    def passes_at_once(self, most: int) -> int:
+        """How many passes to take until somebody looks: at most so many, and those that are left until a target."""
+        if most == 1 or not self._recent:
+            return 1
+        seconds = self._of_pass * self.seconds_per_sample
+        left = [most, AT_ONCE / seconds]
+        if self.target.spp is not None:
+            left.append((self.target.spp - self.samples) / self._of_pass)
+        if self.target.time is not None:
+            left.append((self.target.time - self.seconds) / seconds)
+        if self.target.error is not None:
+            left.append((self._next_look - self.samples) / self._of_pass)
+        return max(1, int(min(left)))
 
     @property
     def is_speed_known(self) -> bool:
@@ -278,14 +296,17 @@ def render_until(renderer, target: Target, watch=None) -> None:
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
-        renderer.add_sample(renderer.first_sample + renderer.film.samples)
+        passes = progress.passes_at_once(renderer.plan.passes_at_once)
+        several = {} if passes == 1 else {"count": passes}  # somebody's own ``add_sample`` may know an index only
+        renderer.add_sample(renderer.first_sample + renderer.film.samples, **several)
         if looks:
             ti.sync()
-        renderer.film.samples += 1
+        renderer.film.samples += passes
         compiles = progress.samples == 0 or renderer.plan.compiled != forms
         on_kernels = compiling.seconds_spent() - on_kernels
         seconds = max(0.0, perf_counter() - start - on_kernels)
-        progress.took(seconds, renderer.shares.mean, compiles or on_kernels > 0, on_kernels)
+        samples = passes * renderer.shares.mean
+        progress.took(seconds, samples, compiles or on_kernels > 0, on_kernels, passes)
         if looks and renderer.is_random:
             progress.look(renderer.error)
         if not renderer.is_random and (target.error is not None or target.time is not None):

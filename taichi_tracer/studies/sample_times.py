@@ -198,7 +198,7 @@ class Anatomy:
         ti.sync()
         clock = process_time if runtime.ensure().arch == "cpu" else perf_counter
         start = clock()
-        r._take_sample(self.parts, r.seed, self.index)
+        r._take_samples(self.parts, r.seed, self.index, 1)
         ti.sync()
         return clock() - start
 

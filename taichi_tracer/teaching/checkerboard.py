@@ -22,13 +22,13 @@ def marked(renderer: Any) -> Any:
     """
     take_sample = renderer.add_sample
 
-    def add_sample(index: int) -> None:
+    def add_sample(index: int, count: int = 1) -> None:
         names = missing(renderer)
         if names:
             size = renderer.width, renderer.height
             renderer.film.canvas.from_numpy(board(*size, tuple(names)))
         else:
-            take_sample(index)
+            take_sample(index, count)
 
     renderer.add_sample = add_sample
     return renderer

@@ -171,7 +171,7 @@ class OtherTechnique:
             self.near_misses.clear()
         for parts in self.parts:
             for k in range(SAMPLES):
-                renderer._take_sample(parts, (renderer.seed ^ SEED) % 2**32, k)
+                renderer._take_samples(parts, (renderer.seed ^ SEED) % 2**32, k, 1)
             light, chance = np.moveaxis(self._memory.read(self.samples), -1, 0)
             self.found.append((light, self.meetings(light, chance)))
         self.seen = state

@@ -881,7 +881,7 @@ def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys
     assert sum(map(float, rows.values())) == pytest.approx(total, abs=0.0006 * len(rows))  # rounded to milliseconds
     assert {"Taichi starts", "eye rays are traced", "samples: hits are shaded", "other"} <= rows.keys()
     page = (tmp_path / "told.profile.html").read_text(encoding="utf-8")
-    assert "_take_sample" in page
+    assert "_take_samples" in page
     assert "512" in page  # eye rays
     assert stopwatch.stage("a part") is stopwatch.stage("another")  # the stopwatch is stopped
 

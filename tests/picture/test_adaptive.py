@@ -101,6 +101,23 @@ def take(shares: ti.template(), index: ti.u32, found: ti.types.ndarray(ti.i32, 3
         found[x, y, 0], found[x, y, 1] = ti.cast(i, ti.i32), ti.cast(is_taken, ti.i32)
 
 
+@pytest.mark.parametrize("fast", [True, False])
+def test_passes_at_once_take_the_same_samples(scene, fast):
+    """Beyond 2^31, too, where the number of a pass is no signed word."""
+    images = []
+    for passes in (1, 4, 8):
+        renderer = tt.A2Renderer(scene, 8, 8, adaptive=True, fast=fast).use("brdf").render(1)
+        renderer.shares.set(np.kron([[WHOLE, 5], [WHOLE // 7, WHOLE // 3]], np.ones((4, 4), int)).astype(np.int32))
+        assert renderer.plan.passes_at_once == 2
+        renderer.reset()
+        for first in range(2**31 - 8, 2**31 + 8, passes):
+            renderer.add_sample(first, passes)
+        assert renderer.film.counts().max() == 16
+        images.append(renderer.film.image())
+    np.testing.assert_array_equal(images[0], images[1])
+    np.testing.assert_array_equal(images[0], images[2])
+
+
 @pytest.mark.long
 def test_tiles_take_the_same_samples(scene):
     """Whole groups are left out in a pass, and packets none of whose groups takes a sample."""

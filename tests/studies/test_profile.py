@@ -27,7 +27,7 @@ def profile():
     watch = Stopwatch(0.0, IMPORTS)
     watch.seconds = dict.fromkeys(STAGES, 0.0) | {IMPORTS: 2.0, EYE_RAYS: 3.0, SAMPLES: 4.0, OTHER: 1.0}
     watch._since = 10.0
-    kernels = [Kernel("_take_sample", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
+    kernels = [Kernel("_take_samples", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
     return Profile("box", watch, kernels, PARTED, passes=8, eye_passes=8)
 
 

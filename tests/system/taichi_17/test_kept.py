@@ -41,8 +41,8 @@ BODIES = {
     "tiles": "renderer = tt.A2Renderer(scene, 16, 12).use('mis'); renderer.use_tiles = True",
     "paths": "renderer = tt.A4Renderer(scene, 16, 12).use('path')",
 }
-VIEW = {"PrimaryHits._trace_rays", "ProgressiveRenderer._take_sample"}
-LARGE = "ProgressiveRenderer._take_sample"
+VIEW = {"PrimaryHits._trace_rays", "ProgressiveRenderer._take_samples"}
+LARGE = "ProgressiveRenderer._take_samples"
 
 
 @pytest.fixture(autouse=True)
@@ -146,7 +146,7 @@ def test_what_a_student_writes_is_what_runs(begun):
     processes, picture = begun
     for green in (0.5, 0.75):
         own, found, read = processes.run(OWN.replace("0.5, 0.5", f"{green}, 0.5"))
-        assert LARGE in read | {"Own._take_sample"}
+        assert LARGE in read | {"Own._take_samples"}
         assert LARGE not in found
         np.testing.assert_allclose(own, np.broadcast_to([0.25, green, 0.5], own.shape))
     again, found, _ = processes.run()

@@ -51,7 +51,7 @@ def tiles(seed):
 
 
 MADE = {
-    "ProgressiveRenderer._take_sample": lambda seed: tt.A4Renderer(any_scene(seed), 16, 12).use("path"),
+    "ProgressiveRenderer._take_samples": lambda seed: tt.A4Renderer(any_scene(seed), 16, 12).use("path"),
     "PrimaryHits._trace_rays": lambda seed: tt.A1Renderer(any_scene(seed), 16, 12).use("normal"),
     "Tiles._take": tiles,
 }
@@ -152,12 +152,12 @@ def test_a_method_that_was_assigned_has_no_record(noted, monkeypatch):
 
     monkeypatch.setattr(tt.UniformSampler, "evaluate_probability", staticmethod(half))
     tt.A2Renderer(any_scene(1), 16, 12).use("uniform").render(2)
-    assert noted["ProgressiveRenderer._take_sample"][1] is None
+    assert noted["ProgressiveRenderer._take_samples"][1] is None
 
 
 def test_constants_of_functions_that_python_runs_are_asked_for(noted, monkeypatch):
     tt.A2Renderer(any_scene(1), 16, 12).use("uniform").render(1)
-    called, record = noted.pop("ProgressiveRenderer._take_sample")
+    called, record = noted.pop("ProgressiveRenderer._take_samples")
     notes, _ = records.read(record)
     assert notes.objects_of(called) is not None
     monkeypatch.setattr(hashes, "HALVES", hashes.HALVES[1:])
