@@ -339,6 +339,13 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
         self.plan.take(index, count)
 
+    def add_range(self, first: int, end: int) -> None:
+        """Take the samples ``first`` ≤ index < ``end`` of every pixel, with as few launches of a kernel as possible."""
+        while first < end:
+            count = min(self.plan.passes_at_once, end - first)
+            self.add_sample(first, count)
+            first += count
+
     def render(
         self,
         spp: int | None = None,

@@ -235,8 +235,7 @@ class Desk:
         start, cpu = time.perf_counter(), time.process_time()
         renderer.first_sample = first
         renderer.begin()
-        for index in range(first, first + count):
-            renderer.add_sample(index)
+        renderer.add_range(first, first + count)
         renderer.film.samples = count
         arrays = renderer.film.to_arrays()
         took = {"seconds": time.perf_counter() - start, "cpu": time.process_time() - cpu}

@@ -92,6 +92,7 @@ class FastPlan(Plan):
         why = ""
         if r.jitter and not in_tiles:
             why = why_not_kept(r.scene_data, r.camera, r.sampler, r.film.ranges, passes)
+            why = "few pixels take a sample in each pass" if r.shares.are_few else why
         if why:
             self.eye_rays, self.form = EyeRays(r.scene_data, r.camera, r.jitter), plain_rays(why)
             return
@@ -109,7 +110,7 @@ class FastPlan(Plan):
         self.passes_before = self.passes
         passes = self.passes_expected = target.passes(pixels_in(r.film.ranges)) if passes is None else passes
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
-        is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
+        is_free = kept is None or r.shares.are_few or (kept.traces == 0 and kept.use_packets is None)
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
             former, form = self.eye_rays, self.form
             self.choose_eye_rays(passes + self.passes)
@@ -172,7 +173,7 @@ class FastPlan(Plan):
                 or is_long
                 or self.has_paid(scene, r.active, r.progress.target)
             )
-            is_possible = is_wanted and can_take_tiles(r, scene, r.active)
+            is_possible = is_wanted and not r.shares.are_few and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
             key = scene, r.active, self.eye_rays, r.watcher

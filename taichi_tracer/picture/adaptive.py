@@ -29,7 +29,10 @@ SMALLEST = 1 / 4  # of the mean share: a pixel has at least this one. The pilot 
 # A share goes with this power of the variance. It would be 1/2 if the variance fell as 1/n; but that of pixels at
 # edges, which is large at first, falls as n^(-3/2), for which the best power is 1 / (1 + 3/2).
 POWER = 0.4
-LEAST_MEAN, ROUNDS = 1 / 12, 16  # of the shares, and of the search for shares that are neither too small nor too few
+# The smallest mean of the shares: where many passes are taken at once, and where each is taken alone.
+LEAST_MEAN, LEAST_ALONE = 1 / 64, 1 / 12
+FEW = 1 / 16  # a smaller mean is that of passes that must be taken together
+ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
 # as take longer than the compilation of other kernels.
@@ -70,6 +73,11 @@ class Shares:
     def to_image(self) -> np.ndarray:
         """What ``set`` was given."""
         return self._memory.read(self.share).T[::-1].astype(np.int32)
+
+    @property
+    def are_few(self) -> bool:
+        """Whether so few pixels take a sample in a pass that many passes must be taken at once."""
+        return self.mean < FEW
 
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
@@ -152,9 +160,18 @@ def adapt(renderer):
         pilot = renderer.progress
     finally:
         renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
-    renderer.shares.set(shares_of(deviation))
+    renderer.shares.set(shares_of(deviation, least_mean(renderer)))
     renderer.reset()
     return pilot
+
+
+def least_mean(renderer: Any) -> float:
+    """The smallest mean of the shares. It does not depend on the form of the samples, so that all have the same bits.
+
+    Direct light from far away is taken tile by tile, and then pass by pass (``forms``): a pass in which few pixels take
+    samples takes hardly less time there.
+    """
+    return LEAST_MEAN if renderer.what == "path" or renderer.kernel_scene().lights.has_lamps else LEAST_ALONE
 
 
 def begins_again(renderer: Any, progress: Any) -> bool:
@@ -170,16 +187,17 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     if not left > n:  # it may be NaN
         return False
     deviation = np.sqrt(renderer.film.variance_of_mean().sum(axis=2))
-    with_shares = (n + left) / max(gain_of(deviation), 1.0)
+    least = least_mean(renderer)
+    with_shares = (n + left) / max(gain_of(deviation, least), 1.0)
     saved = (left - with_shares) * np.isfinite(deviation).sum()
     pays = left >= LEAST_GAIN * with_shares and saved >= MUCH
     if pays:
-        own.begin(shares_of(deviation), left / with_shares)
+        own.begin(shares_of(deviation, least), left / with_shares)
         renderer.plan.expect(progress.target, False, with_shares)
     return pays
 
 
-def gain_of(deviation: np.ndarray) -> float:
+def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
     """How many times fewer samples a picture needs to the same error if its pixels have shares.
 
     With the shares s of the groups and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
@@ -188,6 +206,7 @@ def gain_of(deviation: np.ndarray) -> float:
 
     Args:
         deviation: (h, w) in proportion to the standard deviation of the mean of every pixel; NaN where it is unknown.
+        least: the smallest mean of the shares.
     """
     y, x = np.indices(deviation.shape)
     halves = [variance_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
@@ -197,12 +216,12 @@ def gain_of(deviation: np.ndarray) -> float:
         return 0.0
     gains = []
     for chooses, tells in (halves, halves[::-1]):
-        s, v = shares_in(chooses)[is_noisy], tells[is_noisy]
+        s, v = shares_in(chooses, least)[is_noisy], tells[is_noisy]
         gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
     return min(gains)
 
 
-def shares_of(deviation: np.ndarray) -> np.ndarray:
+def shares_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> np.ndarray:
     """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of one sample of every pixel.
 
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
@@ -210,17 +229,17 @@ def shares_of(deviation: np.ndarray) -> np.ndarray:
     mean share.
     """
     height, width = deviation.shape
-    share = shares_in(variance_of_groups(deviation))
+    share = shares_in(variance_of_groups(deviation), least)
     shares = np.kron(share, np.ones((GROUP, GROUP)))[:height, :width][::-1]
     return np.ceil(np.where(np.isfinite(deviation), shares, np.nanmean(share)) * WHOLE).astype(np.int32)
 
 
-def shares_in(variance: np.ndarray) -> np.ndarray:
+def shares_in(variance: np.ndarray, least: float) -> np.ndarray:
     """The shares of the groups, at most 1, from their variance; NaN where that is NaN.
 
     Half of the variance that counts is that of the eight groups around: an edge in one of them goes on in the next one.
     The largest share is 1. If few groups have much more noise than all others, so many have it that the mean share is
-    ``LEAST_MEAN``: a pass in which few pixels take samples takes hardly less time.
+    ``least``: a pass in which few pixels take samples takes hardly less time.
     """
     if not np.nanmax(variance) > 0:
         return np.where(np.isnan(variance), np.nan, 1.0)
@@ -230,7 +249,7 @@ def shares_in(variance: np.ndarray) -> np.ndarray:
     wanted = (variance / 2 + (nine - np.nan_to_num(variance)) / 16) ** POWER
     wanted = share = wanted / np.nanmax(wanted)
     for _ in range(ROUNDS):
-        wanted = wanted * max(1.0, LEAST_MEAN / np.nanmean(share))
+        wanted = wanted * max(1.0, least / np.nanmean(share))
         share = np.maximum(np.minimum(wanted, 1), SMALLEST * np.nanmean(share))
     return share
 

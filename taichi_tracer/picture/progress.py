@@ -121,19 +121,20 @@ class Progress:
 
         Args:
             seconds: the time of the passes, without that of their kernels.
-            samples: the number of samples that a pixel took, on average; 0 if the time was a preparation.
+            samples: the number of samples that a pixel took in a pass, on average; 0 if the time was a preparation.
             compiles: whether kernels may have been compiled in this time.
             on_kernels: seconds in which they were read, and translated or loaded, as far as this is known.
             passes: how many passes these were.
         """
-        self.samples += samples
+        for _ in range(passes):  # rounded in every pass, so that it does not matter how many are taken at once
+            self.samples += samples
         self._on_kernels += on_kernels
         if compiles:
-            self._compiling.append((seconds, samples))
+            self._compiling.append((seconds, passes * samples))
         else:
             self._later += seconds
-            self._recent = [*self._recent[1 - RECENT :], seconds / samples]
-            self._of_pass = samples / passes
+            self._recent = [*self._recent[1 - RECENT :], seconds / (passes * samples)]
+            self._of_pass = samples
 
     @property
     def seconds_per_sample(self) -> float:
@@ -292,6 +293,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
         renderer.begin()
         if renderer.adaptive:
             progress.pilot = adapt(renderer)
+            renderer.plan.expect(target, False)
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
@@ -305,8 +307,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
         compiles = progress.samples == 0 or renderer.plan.compiled != forms
         on_kernels = compiling.seconds_spent() - on_kernels
         seconds = max(0.0, perf_counter() - start - on_kernels)
-        samples = passes * renderer.shares.mean
-        progress.took(seconds, samples, compiles or on_kernels > 0, on_kernels, passes)
+        progress.took(seconds, renderer.shares.mean, compiles or on_kernels > 0, on_kernels, passes)
         if looks and renderer.is_random:
             progress.look(renderer.error)
         if not renderer.is_random and (target.error is not None or target.time is not None):

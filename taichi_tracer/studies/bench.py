@@ -156,8 +156,7 @@ class Bench:
         renderer = self.renderer_of(variant, size)
         self.begin(variant, size, seed)
         renderer.begin()
-        for index in range(first, first + count):
-            renderer.add_sample(index)
+        renderer.add_range(first, first + count)
         renderer.film.samples = count
         return renderer.film.to_arrays()
 

@@ -74,7 +74,7 @@ def test_an_adaptive_picture_has_the_bits_of_one_process(capsys):
     pytest.importorskip("distributed")
     told_by([*WORDS, "--adaptive", "--spp", 37, "-o", "alone.npy"], capsys)
     told = told_by([*WORDS, "--adaptive", "--spp", 37, "--cluster", "local:2", "-o", "shared.npy"], capsys)
-    assert "40x24, 37 spp, error" in told
+    assert "40x24, 37 spp on average, error" in told
     np.testing.assert_array_equal(np.load("shared.npy"), np.load("alone.npy"))
 
 

@@ -6,6 +6,7 @@ import taichi as ti
 from support import needs_lanes, start
 
 import taichi_tracer as tt
+from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture import adaptive
 from taichi_tracer.picture.adaptive import (
     LEAST_MEAN,
@@ -17,6 +18,7 @@ from taichi_tracer.picture.adaptive import (
     shares_of,
     variance_of_groups,
 )
+from taichi_tracer.picture.progress import Target
 
 SIZE, SPP = 32, 64
 
@@ -236,6 +238,24 @@ def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
     np.testing.assert_array_equal(explained.mean, renderer.image()[SIZE - 1 - y, x])
     even = tt.A3Renderer(box, SIZE, SIZE, adaptive=False).use("mis").render(error=0.03)
     assert renderer.samples < even.samples / 1.3
+
+
+def test_passes_are_taken_at_once_where_tiles_are_impossible(box, scene):
+    """There the shares may be small; no form then traces the eye rays of single passes."""
+    assert adaptive.least_mean(tt.A3Renderer(box, 8, 8)) == adaptive.LEAST_MEAN
+    assert adaptive.least_mean(tt.A4Renderer(scene, 8, 8)) == adaptive.LEAST_MEAN
+    assert adaptive.least_mean(tt.A2Renderer(scene, 8, 8)) == adaptive.LEAST_ALONE
+    renderer = tt.A4Renderer(box, 256, 256)
+    renderer.plan.expect(Target(error=0.001), False)
+    renderer.plan.choose_eye_rays()
+    assert renderer.plan.passes_at_once == 1
+    deviation = np.full((256, 256), 1e-6)
+    deviation[100:108, 100:108] = 1
+    renderer.own_shares.begin(shares_of(deviation))
+    renderer.plan.expect(Target(error=0.001), False)
+    assert renderer.shares.are_few
+    assert isinstance(renderer.eye_rays, EyeRays)
+    assert 60 <= renderer.plan.passes_at_once <= 64
 
 
 def test_its_shares_end_with_the_picture(box, soon):

@@ -84,14 +84,14 @@ def test_several_passes_at_once_never_go_beyond_a_target():
     assert (progress.passes_at_once(12), progress.passes_at_once(1)) == (12, 1)
     while not progress.is_done:
         passes = progress.passes_at_once(12)
-        progress.took(0.001 * passes, passes / 12, passes=passes)
+        progress.took(0.001 * passes, 1 / 12, passes=passes)
     assert progress.samples == pytest.approx(3)
     slow = Progress(Target(time=1.0))
     slow.took(0.03, 1 / 12)
     assert slow.passes_at_once(12) == 3  # a tenth of a second
     while not slow.is_done:
         passes = slow.passes_at_once(12)
-        slow.took(0.03 * passes, passes / 12, passes=passes)
+        slow.took(0.03 * passes, 1 / 12, passes=passes)
     assert slow.seconds == pytest.approx(1.0, abs=0.016)
     looks = Progress(Target(error=0.01))
     looks.took(0.001, 1 / 12)
