@@ -396,8 +396,8 @@ def compilation() -> str:
             kernels.lights.prepare()
             if hasattr(renderer.eye_rays, "bring_up_to_date"):
                 renderer.eye_rays.bring_up_to_date(0, 0)
-            one_sample = renderer.sample_parts(kernels, renderer.plan.integrator(kernels)), 0, 0
-            pixels = processor(functools.partial(renderer._take_sample, *one_sample))
+            one_sample = renderer.sample_parts(kernels, renderer.plan.integrator(kernels)), 0, 0, 1
+            pixels = processor(functools.partial(renderer._take_samples, *one_sample))
             together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, 0, 0))
             lines.append(f"| {title}, {estimator} | {pixels:.2f} | {together:.2f} |")
             scene.destroy()

@@ -89,8 +89,8 @@ WORK: dict[tuple, dict[str, int]] = {
 
 # Options of ``render`` → kernels that the command compiles, brute force with the test of Möller and Trumbore.
 KERNELS: dict[tuple, dict[str, int]] = {
-    ("--view", "normal"): {"PrimaryHits._trace_rays": 1, "ProgressiveRenderer._take_sample": 1},
-    ("--estimator", "brdf"): {"ProgressiveRenderer._take_sample": 1},
+    ("--view", "normal"): {"PrimaryHits._trace_rays": 1, "ProgressiveRenderer._take_samples": 1},
+    ("--estimator", "brdf"): {"ProgressiveRenderer._take_samples": 1},
 }
 
 
