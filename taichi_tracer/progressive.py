@@ -340,10 +340,13 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.plan.take(index, count)
 
     def add_range(self, first: int, end: int) -> None:
-        """Take the samples ``first`` ≤ index < ``end`` of every pixel, with as few launches of a kernel as possible."""
+        """Take the samples ``first`` ≤ index < ``end`` of every pixel, several at once where the plan says so."""
         while first < end:
             count = min(self.plan.passes_at_once, end - first)
-            self.add_sample(first, count)
+            if count == 1:
+                self.add_sample(first)  # somebody's own ``add_sample`` may know an index only
+            else:
+                self.add_sample(first, count)
             first += count
 
     def render(

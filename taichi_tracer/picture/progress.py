@@ -143,7 +143,7 @@ class Progress:
             return statistics.median(self._recent)
         return min((seconds / samples for seconds, samples in self._compiling if samples > 0), default=math.nan)
 
-    def passes_at_once(self, most: int) -> int:
+    def passes_until_a_look(self, most: int) -> int:
         """How many passes to take until somebody looks: at most so many, and those that are left until a target."""
         if most == 1 or not self._recent:
             return 1
@@ -298,9 +298,9 @@ def render_until(renderer, target: Target, watch=None) -> None:
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
-        passes = progress.passes_at_once(renderer.plan.passes_at_once)
-        several = {} if passes == 1 else {"count": passes}  # somebody's own ``add_sample`` may know an index only
-        renderer.add_sample(renderer.first_sample + renderer.film.samples, **several)
+        passes = progress.passes_until_a_look(renderer.plan.passes_at_once)
+        first = renderer.first_sample + renderer.film.samples
+        renderer.add_range(first, first + passes)
         if looks:
             ti.sync()
         renderer.film.samples += passes

@@ -78,24 +78,24 @@ def test_passes_in_which_few_pixels_take_samples():
 
 def test_several_passes_at_once_never_go_beyond_a_target():
     progress = Progress(Target(spp=3, time=10.0))
-    assert progress.passes_at_once(12) == 1  # nobody knows yet how long they take
+    assert progress.passes_until_a_look(12) == 1  # nobody knows yet how long they take
     progress.took(1.0, 1 / 12, compiles=True)
     progress.took(0.001, 1 / 12)
-    assert (progress.passes_at_once(12), progress.passes_at_once(1)) == (12, 1)
+    assert (progress.passes_until_a_look(12), progress.passes_until_a_look(1)) == (12, 1)
     while not progress.is_done:
-        passes = progress.passes_at_once(12)
+        passes = progress.passes_until_a_look(12)
         progress.took(0.001 * passes, 1 / 12, passes=passes)
     assert progress.samples == pytest.approx(3)
     slow = Progress(Target(time=1.0))
     slow.took(0.03, 1 / 12)
-    assert slow.passes_at_once(12) == 3  # a tenth of a second
+    assert slow.passes_until_a_look(12) == 3  # a tenth of a second
     while not slow.is_done:
-        passes = slow.passes_at_once(12)
+        passes = slow.passes_until_a_look(12)
         slow.took(0.03 * passes, 1 / 12, passes=passes)
     assert slow.seconds == pytest.approx(1.0, abs=0.016)
     looks = Progress(Target(error=0.01))
     looks.took(0.001, 1 / 12)
-    assert looks.passes_at_once(100) == 23  # the first estimate comes after two samples
+    assert looks.passes_until_a_look(100) == 23  # the first estimate comes after two samples
 
 
 def test_the_first_target_ends_it():
