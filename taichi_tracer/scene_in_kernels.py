@@ -8,6 +8,7 @@ from taichi.lang import impl
 
 from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import Effects
+from taichi_tracer.formulas.boxes import box_interval
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
@@ -77,6 +78,19 @@ class SceneInKernels:
             for light in ti.static(self.lights.single):
                 value += light.radiance(ray, hit)
         return value
+
+    @ti.func
+    def may_find_light(self, ray):
+        """Whether a ray may meet light: not if it passes the box of all lamps, and no light is far away."""
+        may = True
+        if ti.static(len(self.lights.far) == 0):
+            may = False
+            if ti.static(self.lights.has_lamps):
+                low, high = self.lights.lamps.corners[0], self.lights.lamps.corners[1]
+                bounds = self.ray_intersector.ray_bounds(ray)
+                t_near, t_far = box_interval(bounds, tm.vec3(low), tm.vec3(high), 0.0, tm.inf)
+                may = t_near <= t_far
+        return may
 
     @ti.func
     def visible_radiance(self, surface, w_i, factor):

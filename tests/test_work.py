@@ -39,19 +39,19 @@ COUNTED = ("rays", "shadow rays", "nodes", "blocks", "triangles")
 WORK: dict[tuple, dict[str, int]] = {
     ("cornell_box", None, "path", "fast"): {
         "tree nodes": 3,
-        "rays": 7807,
+        "rays": 7067,
         "shadow rays": 4045,
-        "nodes": 14662,
-        "blocks": 21651,
-        "triangles": 12862,
+        "nodes": 13746,
+        "blocks": 20003,
+        "triangles": 11538,
     },
     ("cornell_box", None, "path", "plain"): {
         "tree nodes": 41,
-        "rays": 7807,
+        "rays": 7067,
         "shadow rays": 4045,
-        "nodes": 179304,
+        "nodes": 167354,
         "blocks": 0,
-        "triangles": 31232,
+        "triangles": 28766,
     },
     ("specular_spheres", "studio", "mis", "fast"): {
         "tree nodes": 140,

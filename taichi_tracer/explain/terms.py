@@ -23,6 +23,7 @@ OF_ONE, AMBIENT, DIRECT, ARRIVES = (
     "light from a direction",
     "light that arrives",
 )
+NO_RAY = "no ray is sent: it could find no light"
 MIRROR = "a mirror or glass: light comes from single directions, where only f_r cos / pdf is finite"
 APPLIED = "weight in reflected"  # what this method gave over the other factors
 SEEN, OWN = "what the eye ray sees", "the estimator's own direction"
@@ -147,7 +148,7 @@ class Vertex:
             factors[SURVIVAL] = 1 / survival
         why = MIRROR if self.surface["is_delta"] else ""
         if light is None:
-            light, why = np.zeros(3), "no ray is sent" if survival is None else "Russian roulette ends the path"
+            light, why = np.zeros(3), NO_RAY if survival is None else "Russian roulette ends the path"
         elif np.max(light) <= 0:
             why = "no light arrives from there"
         return Term(self.number, OF_BRDF, numbers, factors | {L: light}, why)

@@ -81,7 +81,7 @@ class Paths(Integrator):
                     pdf = surface.pdf(w_i)
                 throughput *= surface.weight(w_i)
                 is_going = throughput.max() > 0 and surface.lets_pass(w_i)
-                is_going = is_going and self.needs_hit(scene, depth, is_delta)
+                is_going = is_going and self.needs_hit(scene, surface, w_i, depth, is_delta)
                 if is_going:
                     survival = self.settings.survival(depth, throughput)
                     if survival < 1:
@@ -106,12 +106,16 @@ class Paths(Integrator):
         return value
 
     @ti.func
-    def needs_hit(self, scene, depth, is_delta):
-        """Whether the next ray can still find light: the last one of ``explicit`` cannot, except for a mirror's."""
-        needed = True
-        if ti.static(self.samples_lights and self.exponent == 0):
-            needed = depth < self.settings.max_bounces() or is_delta
-        return needed
+    def needs_hit(self, scene, surface, w_i, depth, is_delta):
+        """Whether it matters what the next ray hits. The last ray of a path must find a light, or it is not traced.
+
+        In ``explicit``, what it finds counts only if a mirror sent it.
+        """
+        is_needed = depth < self.settings.max_bounces()
+        if not is_needed:
+            if ti.static(not self.samples_lights or self.exponent > 0) or is_delta:
+                is_needed = scene.may_find_light(surface.ray_along(w_i))
+        return is_needed
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):

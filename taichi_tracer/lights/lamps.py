@@ -51,7 +51,7 @@ class Lamps(Light):
         two_sided: whether triangles emit from both sides.
 
     Attributes:
-        count: the number of lamps.
+        count: the number of lamps. corners: the low and the high corner of a box around all of them.
         has_near: whether a surface may be near a lamp. It is asked once, for the whole scene: the code for this case is
             compiled only if a lamp is larger than ``SMALL_LAMP``.
     """
@@ -64,10 +64,18 @@ class Lamps(Light):
         self.geometry, self.library, self.choice, self.two_sided = geometry, library, choice, bool(two_sided)
         self.table = lamp_table(geometry, library.materials, self.two_sided)
         self.count = varying(len(self.table))
+        self.corners = self._corners()
         self._memory: memory.Memory | None = None
         size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
         is_large = self.table.areas.max(initial=0) > SMALL_LAMP * size * size
         self.has_near = bool(is_large) and not choice.keeps_area and not choice.samples_points
+
+    def _corners(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """``corners``, rounded outwards to the running precision."""
+        low, high = self.table.low.min(axis=0, initial=np.inf), self.table.high.max(axis=0, initial=-np.inf)
+        dtype = runtime.dtype()
+        low, high = np.nextafter(low.astype(dtype), dtype(-np.inf)), np.nextafter(high.astype(dtype), dtype(np.inf))
+        return varying((tuple(low.tolist()), tuple(high.tolist())))
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` and ``pdf`` read."""

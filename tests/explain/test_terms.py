@@ -13,6 +13,7 @@ from taichi_tracer.explain.steps import Step
 from taichi_tracer.explain.terms import (
     COS,
     F_R,
+    NO_RAY,
     OF_BRDF,
     OF_LIGHTS,
     OF_ONE,
@@ -161,7 +162,7 @@ def test_weights_stand_apart_and_what_is_blocked_is_told():
 def test_why_a_path_ends_is_told():
     ended = terms_of([EMITTED, surface(), *brdf_sample(None, survival=0.5)], lambda pdf, other: None)
     assert ended[1].why == "Russian roulette ends the path"
-    assert terms_of([EMITTED, surface(), *brdf_sample(None)], lambda pdf, other: None)[1].why == "no ray is sent"
+    assert terms_of([EMITTED, surface(), *brdf_sample(None)], lambda pdf, other: None)[1].why == NO_RAY
 
 
 def test_what_the_terms_do_not_explain_is_told():

@@ -173,6 +173,52 @@ def test_nothing_is_asked_where_the_factor_is_0():
     assert visible(scene, [[0, 0, 1]], factor=1e-30).tolist() == [[2, 2, 2]]
 
 
+# ── the last ray of a path ──
+
+
+@ti.kernel
+def _last_rays(scene: ti.template(), o: ti.types.ndarray(ndim=2), d: ti.types.ndarray(ndim=2), out: ti.types.ndarray()):
+    for i in range(o.shape[0]):
+        ray = Ray(origin=vec3(o, i, 0), direction=vec3(d, i, 0))
+        hit = scene.ray_intersector.query_ray(ray)
+        out[i, 0] = ti.cast(scene.may_find_light(ray), ti.i32)
+        out[i, 1] = ti.cast(scene.lights.arriving(ray, hit).max() > 0, ti.i32)
+
+
+def last_rays(scene, origins, directions):
+    """(whether rays may find light, whether they find some), bool."""
+    out = np.zeros((len(origins), 2), np.int32)
+    _last_rays(scene.in_kernels(), *(np.ascontiguousarray(a, np.float32) for a in (origins, directions)), out)
+    return out.T.astype(bool)
+
+
+@pytest.mark.parametrize("name", long_except(["cornell_box", "veach_plates", "many_lights"], "veach_plates"))
+def test_what_may_find_no_light_finds_none(name):
+    """The rays leave all surfaces; some go through the corners, along the edges and in the planes of the lamps."""
+    rng, scene = np.random.default_rng(3), tt.load_scene_data(name)
+    mesh, table = scene.mesh, scene.lamps.table
+    corners = mesh.vertices[mesh.faces[rng.integers(len(mesh.faces), size=20_000)]]
+    origins = (rng.dirichlet([1, 1, 1], len(corners))[:, :, None] * corners).sum(axis=1)
+    of_lamps = mesh.vertices[mesh.faces[table.primitives[table.primitives >= 0]]].reshape(-1, 3)
+    if len(of_lamps) == 0:
+        of_lamps = (table.low + table.high) / 2
+    directions = rng.normal(size=origins.shape)
+    directions[::2] = of_lamps[rng.integers(len(of_lamps), size=len(origins[::2]))] - origins[::2]
+    origins[::3, 1] = of_lamps[rng.integers(len(of_lamps), size=len(origins[::3])), 1]
+    may_find, finds = last_rays(scene, origins, directions)
+    assert finds.sum() > 100
+    assert not (finds & ~may_find).any()
+    if name == "cornell_box":
+        assert may_find[1::2].mean() < 0.3
+
+
+def test_light_from_far_away_may_always_be_found_and_a_point_light_never():
+    directions = np.random.default_rng(4).normal(size=(100, 3))
+    for lights, expected in (([Half((1, 2, 3))], True), ([Point((0, 0, 1), (1, 1, 1))], False)):
+        may_find, _ = last_rays(lit_square(lights=lights), np.zeros((100, 3)) + [0, 0, 1], directions)
+        assert (may_find == expected).all()
+
+
 # ── lights that are sampled one by one, in pictures ──
 
 
