@@ -18,10 +18,11 @@ from taichi.lang import impl
 
 from taichi_tracer.system.seams import in_kernels
 
-Observer = Callable[..., Any]  # (part, call, *arguments) → what the method returns
+Observer = Callable[..., Any]  # (part, call, *arguments) → what the method returns; with a watcher, that comes first
+CLASSES = 256  # observed classes that are remembered
 
 
-def observed(part: Any, observers: Mapping[str, Observer]) -> Any:
+def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) -> Any:
     """A copy of a part, of a class derived from its own, whose named methods go through observers.
 
     A method may be replaced in every way that ``seams`` allows: in a subclass, by an assignment to the class or to the
@@ -30,31 +31,48 @@ def observed(part: Any, observers: Mapping[str, Observer]) -> Any:
 
     Args:
         observers: the name of a method → its observer. Names that the part does not have are left out.
+        watcher: what the observers get before the part. If they are functions of a module, and all that they know comes
+            from here, then another part, watcher and process have the same class, and so the same kernels.
     """
-    cls, found = type(part), copy.copy(part)
-    members = {name: _method(part, name, one) for name, one in observers.items() if hasattr(part, name)}
-    for name in members:
-        vars(found).pop(name, None)  # a method that was assigned to the object; the new class calls it
-    found.__class__ = type(f"Observed{cls.__name__}", (cls,), members)
+    found, own = copy.copy(part), vars(part)
+    steps = []
+    for name, observer in observers.items():
+        if hasattr(part, name):
+            is_own = name in own  # it was assigned to the object; the new class calls it
+            vars(found).pop(name, None)
+            steps.append((name, own[name] if is_own else inspect.getattr_static(type(part), name), is_own, observer))
+    level = None
+    if watcher is not None:
+        watchers = getattr(part, "watchers", ())
+        level, found.watchers = len(watchers), (*watchers, watcher)
+    make = _class.__wrapped__ if watcher is None else _class  # a function made for this part keeps it alive
+    found.__class__ = make(type(part), tuple(steps), level)
     return found
 
 
-def _method(part: Any, name: str, observer: Observer) -> Callable:
-    """The method of an observed class."""
-    own = vars(part)
-    original = own[name] if name in own else inspect.getattr_static(type(part), name)
+@functools.lru_cache(CLASSES)
+def _class(cls: type, steps: tuple[tuple[str, Any, bool, Observer], ...], level: int | None) -> type:
+    """The class of observed parts: (name, method, whether it was the object's own, observer) of each method."""
+    made = type(f"Observed{cls.__name__}", (cls,), {step[0]: _method(*step, level) for step in steps})
+    made.made_of = "observed", cls, *(getattr(made, step[0]) for step in steps)  # type: ignore[attr-defined]
+    return made
+
+
+def _method(name: str, original: Any, is_own: bool, observer: Observer, level: int | None) -> Callable:
+    """The method of an observed class; ``level`` is the place of its watcher."""
     plain = getattr(original, "__func__", original)
 
     @functools.wraps(plain)
     def method(self, *arguments, **named):
         """The method of the part, observed."""
-        call = original if name in own else original.__get__(self, type(self))
+        call = original if is_own else original.__get__(self, type(self))
         try:
             given = inspect.signature(call).bind(*arguments, **named)
         except TypeError:  # a function without ``self``, see ``seams.called``
             call = plain
             given = inspect.signature(call).bind(*arguments, **named)
-        return observer(self, call, *given.args, **given.kwargs)
+        watcher = () if level is None else (self.watchers[level],)
+        return observer(*watcher, self, call, *given.args, **given.kwargs)
 
     signature = inspect.signature(plain)
     names = list(signature.parameters)
@@ -62,6 +80,7 @@ def _method(part: Any, name: str, observer: Observer) -> Callable:
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         signature = signature.replace(parameters=[first, *signature.parameters.values()])
     method.__signature__ = signature  # type: ignore[attr-defined]
+    method.made_of = f"observed {level}", plain, observer  # type: ignore[attr-defined]
     return in_kernels(method)
 
 
@@ -86,12 +105,13 @@ def after(act: Callable[..., object]) -> Observer:
     return observer
 
 
-def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]]) -> Any:
+def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]], watcher: Any = None) -> Any:
     """A copy of a ``SceneInKernels`` that is observed together with its lights, its intersector and its surfaces.
 
     Args:
         observers: what ``observed`` takes for each of "scene", "lights", "ray_intersector" and "surface", which stands
             for every surface that the scene makes. Parts that are not named stay as they are.
+        watcher: as for ``observed``.
     """
     found = scene
     if of_surfaces := observers.get("surface"):
@@ -100,8 +120,8 @@ def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]]) 
             return observed(call(ray, hit), of_surfaces)
 
         found = observed(found, {"surface_at": surface_at})
-    found = observed(found, observers.get("scene", {}))
+    found = observed(found, observers.get("scene", {}), watcher)
     for name in ("lights", "ray_intersector"):
         if name in observers:
-            setattr(found, name, observed(getattr(scene, name), observers[name]))
+            setattr(found, name, observed(getattr(scene, name), observers[name], watcher))
     return found

@@ -12,6 +12,7 @@ fall into it, and the few that do have a weight that is next to nothing. An envi
 areas has no bright spot, and nothing is counted.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,10 +23,11 @@ from taichi.lang import impl
 
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
-from taichi_tracer.system.observed import after, before, observed, observed_scene
+from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import is_like_mirror
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
@@ -145,6 +147,7 @@ class NearMissCounter:
 
     def __init__(self, light, levels: tuple[BrightLevel, ...], zones: np.ndarray, width: int, height: int) -> None:
         self.light, self.levels = light, levels
+        self.ends = varying(tuple((float(level.low), float(level.high)) for level in levels))
         self._memory = memory.Memory()
         fields = self._memory.fields
         self.zones, self.per_pixel = ti.field(ti.u8), ti.field(ti.i32)
@@ -180,15 +183,8 @@ class NearMissCounter:
         return self._watched.get((scene, sampler, integrator), lambda: self._watch(scene, sampler, integrator))
 
     def _watch(self, scene: Any, sampler: Any, integrator: Any) -> tuple[Any, Any]:
-        observers = {
-            "scene": {
-                "surface_at": after(lambda part, surface, *_: self.reach(surface)),
-                "visible": after(lambda part, found, *given: self.look_at(part.lights.has_lamps, found[0], *given)),
-            },
-            "lights": {"arriving": after(lambda part, light, ray, hit: self.look_along(ray, hit, light))},
-        }
-        start = before(lambda part, seed, x, y, index: self.begin(x, y, integrator))
-        return observed_scene(scene, observers), observed(sampler, {"start": start})
+        observers = {"scene": {"surface_at": reaching, "visible": looking_at}, "lights": {"arriving": looking_along}}
+        return observed_scene(scene, observers, self), observed(sampler, {"start": beginning}, (self, integrator))
 
     @in_kernels
     def begin(self, x, y, integrator) -> None:
@@ -257,8 +253,8 @@ class NearMissCounter:
             if zone > 0:
                 code = zone | kind << 2 * BITS
                 brightness = radiance.sum() / 3 / self.light.environment.settings[0]
-                for i in ti.static(range(len(self.levels))):
-                    if ti.static(self.levels[i].low) <= brightness < ti.static(self.levels[i].high):
+                for i in ti.static(range(len(self.ends))):
+                    if self.ends[i][0] <= brightness < self.ends[i][1]:
                         code |= 1 << (BITS + i)
         return code
 
@@ -267,13 +263,41 @@ class NearMissCounter:
         """Count a look-up of a pixel with this ``code``."""
         if code > 0:
             kind = code >> 2 * BITS
-            for i in ti.static(range(len(self.levels))):
+            for i in ti.static(range(len(self.ends))):
                 if (code >> i) & 1 and self.met[i, kind] < ENOUGH:
                     self.near[i, kind] += 1
                     if (code >> (BITS + i)) & 1:
                         self.met[i, kind] += 1
             if kind == LOBE:
                 self.per_pixel[x, y] = self.per_pixel[x, y] + 1  # one thread has the pixel: not atomic
+
+
+def beginning(watcher: Any, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, index: Any) -> Any:
+    """A sample begins; the watcher is its counter and its integrator."""
+    counter, integrator = watcher
+    counter.begin(x, y, integrator)
+    return start(seed, x, y, index)
+
+
+def reaching(counter: NearMissCounter, scene: Any, surface_at: Callable, *of: Any) -> Any:
+    """A path reaches a surface."""
+    surface = impl.expr_init(surface_at(*of))
+    counter.reach(surface)
+    return surface
+
+
+def looking_at(counter: NearMissCounter, scene: Any, visible: Callable, *of: Any) -> Any:
+    """A surface asks for the light from a direction."""
+    found = impl.expr_init(visible(*of))
+    counter.look_at(scene.lights.has_lamps, found[0], *of)
+    return found
+
+
+def looking_along(counter: NearMissCounter, lights: Any, arriving: Callable, ray: Any, hit: Any) -> Any:
+    """Light arrives along a ray."""
+    light = impl.expr_init(arriving(ray, hit))
+    counter.look_along(ray, hit, light)
+    return light
 
 
 def counter_for(scene, width: int, height: int) -> NearMissCounter | None:

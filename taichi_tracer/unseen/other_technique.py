@@ -25,6 +25,7 @@ Monte Carlo rendering", SIGGRAPH 1995.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system import memory
 from taichi_tracer.system.observed import observed
 from taichi_tracer.system.some_pixels import SomePixels
+from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
 from taichi_tracer.unseen.near_misses import counter_for
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
@@ -127,9 +129,9 @@ class OtherTechnique:
 
     def __init__(self, parts: Any, crop: tuple[int, ...], techniques: tuple[str, ...]) -> None:
         self.is_of, self.scene = (parts.scene, parts.integrator, crop, techniques), parts.scene
-        x0, x1, self.x0, self.y0 = crop[0], crop[1], crop[0], crop[2]
+        x0, x1, self.x0, self.y0 = crop[0], crop[1], varying(crop[0]), varying(crop[2])
         size = x1 - x0, crop[3] - crop[2]
-        self.step = math.ceil(max(size) / MOST_TILES)
+        self.step = varying(math.ceil(max(size) / MOST_TILES))
         self.columns, self.rows = (-(-n // self.step) for n in size)
         self.pixels = size[0] * size[1]
         self.near_misses = counter_for(parts.scene, self.columns, self.rows) if "brdf" in techniques else None
@@ -143,8 +145,8 @@ class OtherTechnique:
 
     def observed(self, parts: Any, technique: str) -> Any:
         """The parts of the samples of a technique: one of each tile of the picture, which are kept here."""
-        sampler = observed(parts.sampler, {"start": lambda part, call, seed, x, y, k: call(seed, *self.pixel(x, y), k)})
-        eyes = observed(parts.eye_rays, {"hit_of": lambda part, call, x, y, rng: call(*self.pixel(x, y), rng)})
+        sampler = observed(parts.sampler, {"start": starting}, self)
+        eyes = observed(parts.eye_rays, {"hit_of": looking}, self)
         scene, integrator = parts.scene, OtherSample(technique, parts.integrator)
         if technique == "brdf" and self.near_misses is not None:
             scene, sampler = self.near_misses.watched(scene, sampler, integrator)
@@ -152,7 +154,8 @@ class OtherTechnique:
         tiles.choose((0, self.columns), (0, self.rows))
         return type(parts)(scene, integrator, eyes, sampler, shares=tiles, film=tiles)
 
-    def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
+    @ti.func
+    def pixel(self, x, y):
         """The pixel of the picture that stands for a tile."""
         return self.x0 + x * self.step, self.y0 + y * self.step
 
@@ -195,6 +198,16 @@ class OtherTechnique:
             is_missed = samples * meetings < KNOWN
             squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
         return SAFETY * math.sqrt(squares)
+
+
+def starting(other: OtherTechnique, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, k: Any) -> Any:
+    """The numbers of the pixel that stands for a tile."""
+    return start(seed, *other.pixel(x, y), k)
+
+
+def looking(other: OtherTechnique, eye_rays: Any, hit_of: Callable, x: Any, y: Any, rng: Any) -> Any:
+    """The eye ray of the pixel that stands for a tile."""
+    return hit_of(*other.pixel(x, y), rng)
 
 
 def missed_light(renderer: Any) -> float:

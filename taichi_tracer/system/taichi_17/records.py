@@ -9,7 +9,7 @@ from typing import Any
 from taichi._lib import core
 
 from taichi_tracer.system.taichi_17.questions import PLACED, Met, Notes, One, Place, Question, form_of
-from taichi_tracer.system.taichi_17.words import found, place_word, type_of, type_word, word
+from taichi_tracer.system.taichi_17.words import found, place_word, trees, type_of, type_word, word
 
 
 class NoWordError(Exception):
@@ -71,6 +71,7 @@ def written(notes: Notes, **facts: Any) -> bytes | None:
         facts: plain values, classes and Taichi's types.
     """
     stream = io.BytesIO()
+    trees.clear()
     try:
         outside = {(kind, place, name): wanted for kind, place, name, wanted in map(placed, notes.outside.values())}
         lists = notes.first, notes.asked, outside, notes.replaced

@@ -17,6 +17,7 @@ OWN = "taichi_tracer"
 HOMES = {OWN, "taichi", "numpy", *sys.stdlib_module_names}  # packages whose versions ``kept.circumstances`` has
 NUMBER = re.compile(r"[iuf]\d+")  # Taichi's names of the types of numbers
 TENSOR = re.compile(r"\[Tensor \(([\d, ]+)\) ([iuf]\d+)\]")  # of vectors and matrices
+trees: dict[int, str] = {}  # number of a tree → its form, while many places are asked for; cleared before
 NAMED = (type, types.FunctionType, types.BuiltinFunctionType)
 
 
@@ -36,6 +37,10 @@ def word(value: Any) -> str | None:
         return home and f"{home}.{value.name}"
     if not isinstance(value, NAMED) or not is_home(value.__module__ or ""):
         return None
+    if made_of := getattr(value, "__dict__", {}).get("made_of"):  # of ``observed``
+        how, *parts = made_of
+        words = [word(part) for part in parts]
+        return None if None in words else f"{how} {words}"
     for text in (f"{value.__module__}:{value.__qualname__}", "types:MethodType", "types:NoneType"):
         if found(text) is value:
             return text
@@ -54,8 +59,10 @@ def place_word(node: Any) -> str | None:
         root = root.parent
     if not hasattr(root, "get_snode_tree_id"):
         return None
-    tree = root.get_snode_tree_id(), describe(root)
-    return f"{node.id} in {hashlib.sha256(repr(tree).encode()).hexdigest()}"
+    number = root.get_snode_tree_id()
+    if number not in trees:
+        trees[number] = hashlib.sha256(repr((number, describe(root))).encode()).hexdigest()
+    return f"{node.id} in {trees[number]}"
 
 
 def describe(node: Any) -> Any:

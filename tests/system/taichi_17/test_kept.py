@@ -35,8 +35,16 @@ print(json.dumps({{kernel.name: kernel.reading_before > 0 for kernel in compilin
 sys.exit(0)
 """
 NORMAL = "renderer = tt.A1Renderer(scene, 16, 12).use('normal')"
+SUN = """
+sky = np.full((32, 64, 3), 0.3)
+sky[6, 9 + seed] = 2000
+scene = tt.scene_from_mesh(scene.mesh, environment=sky)
+renderer = tt.A2Renderer(scene, 16, 12).use('environment')
+renderer.render(2).error()
+"""
 BODIES = {
     "a view": NORMAL,
+    "one technique under a sun": SUN,
     "direct light": "renderer = tt.A2Renderer(scene, 16, 12).use('mis')",
     "tiles": "renderer = tt.A2Renderer(scene, 16, 12).use('mis'); renderer.use_tiles = True",
     "paths": "renderer = tt.A4Renderer(scene, 16, 12).use('path')",

@@ -51,11 +51,27 @@ def rays(seed, size):
     return np.append(hits.distance, of.occluded(np.zeros_like(towards), towards))
 
 
+def under_a_sun(name, tiles=None):
+    """Makes a picture under a small sun, whose place and brightness depend on the number, and asks for its error."""
+
+    def make(seed, size):
+        sky = np.full((32, 64, 3), 0.3)
+        sky[6, 9 + seed] = 2000 + 100 * seed
+        renderer = tt.A2Renderer(any_scene(seed, environment=sky), *size).use(name)
+        renderer.use_tiles = tiles
+        assert renderer.render(4).watcher is not None
+        renderer.error()
+        return renderer.image()
+
+    return make
+
+
 VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
 ESTIMATORS = ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balance", "mis_one_sample")
 QUICK = {
     "a view": picture(tt.A1Renderer, "normal"),
     "direct light": picture(tt.A2Renderer, "mis"),
+    "direct light under a sun": under_a_sun("mis"),
     "rays": rays,
 }
 LONG = {
@@ -65,6 +81,8 @@ LONG = {
     "tiles of a view": picture(tt.A1Renderer, "normal", tiles=True),
     "tiles": picture(tt.A2Renderer, "mis", tiles=True),
     "tiles without light samples": picture(tt.A2Renderer, "brdf", tiles=True),
+    "one technique under a sun": under_a_sun("environment"),
+    "tiles under a sun": under_a_sun("mis", tiles=True),
     "the plain tree": picture(tt.A2Renderer, "mis", intersector="bvh", fast=False),
     "every triangle": picture(tt.A2Renderer, "mis", intersector="brute_force", fast=False),
 }
