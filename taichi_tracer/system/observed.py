@@ -45,7 +45,7 @@ def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) 
     if watcher is not None:
         watchers = getattr(part, "watchers", ())
         level, found.watchers = len(watchers), (*watchers, watcher)
-    make = _class.__wrapped__ if watcher is None else _class  # a function made for this part keeps it alive
+    make: Callable = _class.__wrapped__ if watcher is None else _class  # a function made for this part keeps it alive
     found.__class__ = make(type(part), tuple(steps), level)
     return found
 
