@@ -16,7 +16,7 @@ from taichi_tracer.system import runtime
 RAYS = 1 << 16  # that are followed for each question
 MOST_MIRRORS = 8  # on the way of a ray
 NUMBERS, FIRST = 12, 3  # of what a ray has found, and of what it met first: see ``MirrorChains._follow``
-NO_EYE = tm.vec4(0, 0, 1, 0)
+NO_EYE = 0.0, 0.0, 1.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class MirrorChains:
         random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
         to_world = np.asarray(camera.compute_matrix(), np.float64)
         eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
-        found, _ = self._found(origins, directions, random, min(most, MOST_MIRRORS), tm.vec4(*map(float, eye)))
+        found, _ = self._found(origins, directions, random, min(most, MOST_MIRRORS), eye)
         ray = np.flatnonzero(found[:, 7] > 0)
         end = found[ray].astype(np.float64)
         return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:11].T)
@@ -92,7 +92,7 @@ class MirrorChains:
         dtype, count = runtime.dtype(), len(origins)
         found, first = np.empty((count, NUMBERS), dtype), np.empty((count, FIRST), np.int32)
         rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
-        self._follow(*rays, random, found, first, most, eye)
+        self._follow(*rays, random, found, first, most, np.array(eye, dtype))
         return found, first
 
     @ti.kernel
@@ -104,7 +104,7 @@ class MirrorChains:
         found: ti.types.ndarray(ndim=2),
         first: ti.types.ndarray(ndim=2),
         most: ti.i32,
-        eye: tm.vec4,
+        eye: ti.types.ndarray(ndim=1),
     ):
         """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``; the first distance.
 
@@ -134,7 +134,7 @@ class MirrorChains:
                     hit = self.scene.met(surface, ray)
                     is_going = hit.is_hit and T.max() > 0
                 elif mirrors > 0 and not surface.is_delta():
-                    to_eye = tm.normalize(eye.xyz - eye.w * hit.position)
+                    to_eye = tm.normalize(tm.vec3(eye[0], eye[1], eye[2]) - eye[3] * hit.position)
                     f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)
                     if cosine > 0:
                         found[i, 9] = tm.sqrt(tm.dot(f, f) / 3) * cosine
