@@ -5,8 +5,11 @@ sample on. Whoever has rendered so much without it that it would have paid will 
 """
 
 import math
+import weakref
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from taichi.lang import impl
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.cache import cache_folder, wanted_folder
@@ -39,11 +42,25 @@ def of_taichi() -> str:
     return f"{versions()} {settings.arch} {settings.precision} {settings.fast_math}"
 
 
+class Least(NamedTuple):
+    """From how many samples of pixels on a form gains more time than its start takes.
+
+    Attributes:
+        started: where this process has used it. kept: where its kernels are kept, or it would have paid by now. new:
+            elsewhere.
+    """
+
+    started: float
+    kept: float
+    new: float = math.inf
+
+
 class KeptForms:
     """For each key the seconds that were rendered without the form, or ``COMPILED``; the newest ``MOST`` of them."""
 
     def __init__(self) -> None:
         self._known: dict[str, float] | None = None
+        self._started: weakref.WeakKeyDictionary[Any, set[str]] = weakref.WeakKeyDictionary()  # by Taichi's programs
 
     @staticmethod
     def path() -> Path | None:
@@ -62,6 +79,17 @@ class KeptForms:
     def are_worth(self, key: str) -> bool:
         """Whether a form was compiled, or would have paid by now."""
         return self.seconds(key) >= LONG
+
+    def pay_from(self, key: str, least: Least) -> float:
+        """From how many samples on a form pays now."""
+        if key in self._started.get(impl.get_runtime().prog, ()):
+            return least.started
+        return least.kept if self.are_worth(key) else least.new
+
+    def start(self, key: str) -> None:
+        """Note that this process uses a form, whose kernels are kept from now on."""
+        self._started.setdefault(impl.get_runtime().prog, set()).add(key)
+        self.add(key, math.inf)
 
     def add(self, key: str, seconds: float) -> None:
         """Note that others have rendered for so long, or ∞: that it was compiled."""

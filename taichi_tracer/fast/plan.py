@@ -8,7 +8,7 @@ from taichi_tracer.fast.far_light import form_class
 from taichi_tracer.fast.kept_forms import KEPT, key_of, key_of_packets
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.primary_hits import PrimaryHits, have_packets, is_small, pixels_in, why_not_kept
-from taichi_tracer.fast.tiles import MUCH, TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
+from taichi_tracer.fast.tiles import LEAST, TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.fast.wide_instances import WideInstances
@@ -181,11 +181,11 @@ class FastPlan(Plan):
         return self.tiles
 
     def has_paid(self, scene: Any, integrator: Any, target: Target) -> bool:
-        """Whether tiles are kept, or would have paid in earlier processes, and much is or was to be rendered."""
+        """Whether tiles were used or kept, or would have paid, and enough is or was to be rendered."""
         r = self.renderer
         pixels = pixels_in(r.film.ranges)
         passes = max(self.passes_expected, target.passes(pixels))
-        return (self.passes_before + passes) * pixels >= MUCH and KEPT.are_worth(key_of(r, scene, integrator))
+        return (self.passes_before + passes) * pixels >= KEPT.pay_from(key_of(r, scene, integrator), LEAST)
 
     def will_take_tiles(self, integrator: Any, target: Target) -> bool | None:
         """True if they are kept; None if that is not known yet."""
@@ -208,7 +208,7 @@ class FastPlan(Plan):
     def new_tiles(self, scene: Any) -> Tiles:
         """Tiles, which are watched if the renderer's samples are."""
         r = self.renderer
-        KEPT.add(key_of(r, scene, r.active), math.inf)
+        KEPT.start(key_of(r, scene, r.active))
         return (Tiles if r.watcher is None else CountedTiles)(r, scene, r.active)
 
     def tiles_of_view(self) -> ViewTiles | None:

@@ -7,7 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.fast.kept_forms import KEPT, key_of_packets
+from taichi_tracer.fast.kept_forms import KEPT, Least, key_of_packets
 from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.packet_shapes import sphere_normals
@@ -25,12 +25,10 @@ from taichi_tracer.system.varying import varying
 
 PIECE = 16  # packets that a thread takes at a time: neighbours, which meet the same nodes
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
-# About five seconds of single rays. A picture that is known to need fewer uses no packets, and a smaller view uses
-# packets only after so many. Their translation takes up to three seconds, and they make a pass a fourth shorter.
-MANY_RAYS = 1 << 25
-MANY_KEPT = (
-    1 << 23
-)  # the same where packets are kept: what is gained is more than the half second that they take to start
+# A picture that is known to need fewer rays uses no packets, and a smaller view uses packets only after so many. New
+# ones take up to three seconds to compile, and kept ones a quarter of a second to start; they take a third to a half of
+# a second less for four million rays.
+MANY_RAYS = Least(started=1 << 20, kept=1 << 22, new=1 << 25)
 # Tests of a ray and a primitive that take less time than it takes to translate the search of a tree.
 FEW_TESTS = 1 << 24
 FEWEST_PLACES = 1 << 14  # for tiles: those of a picture of 512 × 512 pixels
@@ -147,7 +145,7 @@ class PrimaryHits:
             self._trace_rays(self.searcher(), seed, index)
             return
         if self.packets is None:
-            KEPT.add(key_of_packets(self.scene_data, self.camera, self.sampler), math.inf)
+            KEPT.start(key_of_packets(self.scene_data, self.camera, self.sampler))
             has_spheres = self.scene_data.geometry.effects.spheres
             self.turns = Turns(-(-self.across * self.upwards // PIECE))
             self.packets = Packets(self.turns.places, self.lanes.share_origin, has_spheres)
@@ -392,11 +390,11 @@ def have_packets(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> bool
     return runtime.can("lanes") and has_form and has_search
 
 
-def many_rays(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> int:
-    """From how many rays on packets gain more than it takes to start them: fewer, where their kernel is kept."""
+def many_rays(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> float:
+    """From how many rays on packets gain more than it takes to start them."""
     if not have_packets(scene_data, camera, sampler):
-        return MANY_RAYS
-    return MANY_KEPT if KEPT.are_worth(key_of_packets(scene_data, camera, sampler)) else MANY_RAYS
+        return MANY_RAYS.new
+    return KEPT.pay_from(key_of_packets(scene_data, camera, sampler), MANY_RAYS)
 
 
 def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges, passes: float = math.inf) -> str:

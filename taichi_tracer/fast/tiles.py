@@ -19,7 +19,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.fast.far_light import FarMis, form_class
-from taichi_tracer.fast.kept_forms import LONG
+from taichi_tracer.fast.kept_forms import LONG, Least
 from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.look_ups import LightLanes, LookUps, can_wait_for
 from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, add_samples, can_add_together, has_points
@@ -38,9 +38,8 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-MUCH = (
-    4_000_000  # samples of all pixels: from then on, kept tiles gain more than the half second that their start takes
-)
+# From the first sample on: kept tiles take half a second to start, and a tenth where the process has used them.
+LEAST = Least(started=400_000, kept=4_000_000)
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 

@@ -8,7 +8,7 @@ from support import needs_lanes
 
 import taichi_tracer as tt
 from taichi_tracer.fast import kept_forms, plan, primary_hits
-from taichi_tracer.fast.kept_forms import COMPILED, LONG, KeptForms, key_of, key_of_packets
+from taichi_tracer.fast.kept_forms import COMPILED, LONG, KeptForms, Least, key_of, key_of_packets
 from taichi_tracer.system.trial import read, write
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -43,6 +43,18 @@ def test_the_newest_forms_are_remembered(kept, tmp_path, monkeypatch):
     assert list(read(tmp_path / kept_forms.FILE)) == ["b", "c"]
 
 
+def test_a_form_pays_sooner_where_it_is_kept_and_soonest_where_this_process_has_it(kept):
+    least = Least(started=1, kept=2, new=3)
+    assert kept.pay_from("mis", least) == 3
+    kept.add("mis", LONG)
+    assert kept.pay_from("mis", least) == 2
+    kept.start("mis")
+    assert (kept.pay_from("mis", least), kept.pay_from("brdf", least)) == (1, 3)
+    assert KeptForms().pay_from("mis", least) == 2  # another process
+    tt.init("cpu", force=True)
+    assert kept.pay_from("mis", least) == 2
+
+
 @pytest.mark.parametrize("content", ["", "[]", "{"])
 def test_a_damaged_file_is_begun_anew(kept, tmp_path, content):
     (tmp_path / kept_forms.FILE).write_text(content)
@@ -67,11 +79,11 @@ def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_b
     renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
     assert not renderer.plan.in_tiles  # 4,096 samples are soon taken
     plain = renderer.image()
-    monkeypatch.setattr(plan, "MUCH", 5 * 1024)
+    monkeypatch.setattr(plan, "LEAST", Least(5 * 1024, 5 * 1024))
     renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
     assert not renderer.plan.in_tiles  # no form changes within a picture: both would be read
     assert renderer.render(4).plan.in_tiles
-    monkeypatch.setattr(plan, "MUCH", 4096)
+    monkeypatch.setattr(plan, "LEAST", Least(4096, 4096))
     renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
     assert renderer.plan.in_tiles
     assert (renderer.image() == plain).all()
@@ -79,7 +91,7 @@ def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_b
 
 def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kept, tmp_path, monkeypatch):
     needs_lanes()
-    monkeypatch.setattr(plan, "MUCH", 1)
+    monkeypatch.setattr(plan, "LEAST", Least(1, 1))
     monkeypatch.setattr(plan, "NOTED", 0.0)
     scene = tt.load_scene_data("torus_knot", environment="studio")
     renderer = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
@@ -96,11 +108,24 @@ def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kep
     assert KeptForms().seconds(key) == math.inf
 
 
+@pytest.mark.long
+def test_another_renderer_takes_tiles_at_once_where_the_process_has_them(kept, monkeypatch):
+    needs_lanes()
+    monkeypatch.setattr(plan, "LEAST", Least(1, math.inf))
+    first, second = (tt.load_scene_data("torus_knot", environment="studio") for _ in range(2))
+    assert not tt.A3Renderer(first, 32, 32).use("mis").render(4).plan.in_tiles
+    tiles = tt.A3Renderer(first, 32, 32).use("mis")
+    tiles.use_tiles = True
+    tiles.render(1)
+    assert tt.A3Renderer(second, 48, 32).use("mis").render(4).plan.in_tiles
+    assert not tt.A3Renderer(second, 48, 32).use("brdf").render(4).plan.in_tiles
+
+
 def test_packets_are_used_sooner_where_they_are_kept_or_would_have_paid(kept, monkeypatch):
     needs_lanes()
     monkeypatch.setattr(plan, "NOTED", 0.0)
     monkeypatch.setattr(primary_hits, "LARGE_PICTURE", 256)
-    monkeypatch.setattr(primary_hits, "MANY_KEPT", 1024)
+    monkeypatch.setattr(primary_hits, "MANY_RAYS", Least(1024, 1024, 1 << 25))
     monkeypatch.setattr(primary_hits, "CROWD", 1000)
     scene = tt.load_scene_data("sphere", environment="studio")
     first = tt.A3Renderer(scene, 16, 16).use("brdf").render(4)

@@ -11,7 +11,8 @@ from support import long_except
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.fast import primary_hits
+from taichi_tracer.fast import kept_forms, primary_hits
+from taichi_tracer.fast.kept_forms import KeptForms
 from taichi_tracer.fast.nearest import FastBruteForce
 from taichi_tracer.fast.packet_shapes import PACKET_TESTS
 from taichi_tracer.fast.pixel_lanes import PerspectiveLanes
@@ -230,7 +231,14 @@ def test_the_hits_are_those_of_intersect():
     assert (found.reshape(-1) == asked.triangle_id).mean() > 0.99
 
 
-def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
+@pytest.fixture
+def nothing_kept(monkeypatch):
+    """A machine and a process that have no packets."""
+    monkeypatch.setattr(kept_forms, "cache_folder", lambda _: (None, "read-only"))
+    monkeypatch.setattr(primary_hits, "KEPT", KeptForms())
+
+
+def test_packets_are_for_much_work_where_neighbours_have_something_in_common(nothing_kept):
     scene = tt.scene_from_mesh(*sphere())
     large, small = PrimaryHits(scene, Camera(256, 256)), PrimaryHits(scene, Camera(16, 16))
     assert not large.is_much_work()  # the first picture would wait for the compiler
@@ -261,7 +269,7 @@ def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
     assert not crowded.is_much_work()
 
 
-def test_hits_of_new_rays_in_each_pass_are_kept_only_if_packets_may_find_them(monkeypatch):
+def test_hits_of_new_rays_in_each_pass_are_kept_only_if_packets_may_find_them(nothing_kept, monkeypatch):
     scene, large = tt.scene_from_mesh(*sphere()), ((0, 256), (0, 256))
     camera, points = Camera(256, 256), sampler_of(SobolSampler(), Camera(256, 256))
     assert why_not_kept(scene, camera, points, large) == ""
