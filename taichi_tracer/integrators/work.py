@@ -14,7 +14,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.system.observed import after, before, observed, observed_scene
+from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
@@ -67,8 +67,7 @@ class WorkMap(Integrator):
     Args:
         name, label: as for ``Integrator``.
         unit: of the number.
-        number: what gives the number from a ``WorkTally``, while a kernel is compiled; None for a map that is
-            not the mean of such numbers.
+        number: the name of the number of a ``WorkTally``; None for a map that is not the mean of such numbers.
         is_timed: whether the number is the time that a sample takes.
         shows_error: whether the map shows the standard error of the picture that is measured.
     """
@@ -80,7 +79,7 @@ class WorkMap(Integrator):
         name: str,
         label: str,
         unit: str,
-        number: Callable[[WorkTally], Any] | None = None,
+        number: str | None = None,
         is_timed: bool = False,
         shows_error: bool = False,
     ) -> None:
@@ -88,31 +87,46 @@ class WorkMap(Integrator):
         self.is_timed, self.shows_error = is_timed, shows_error
 
 
-register(WorkMap("nodes", "Nodes entered", "nodes entered per sample", lambda tally: tally.nodes))
-register(
-    WorkMap("triangles", "Triangles tried", "triangles and spheres tried per sample", lambda tally: tally.primitives)
-)
-register(WorkMap("blocked", "Shadow rays blocked", "shadow rays blocked per sample", lambda tally: tally.blocked))
-register(
-    WorkMap("below_horizon", "Below the horizon", "directions below the horizon per sample", lambda tally: tally.below)
-)
+register(WorkMap("nodes", "Nodes entered", "nodes entered per sample", "nodes"))
+register(WorkMap("triangles", "Triangles tried", "triangles and spheres tried per sample", "primitives"))
+register(WorkMap("blocked", "Shadow rays blocked", "shadow rays blocked per sample", "blocked"))
+register(WorkMap("below_horizon", "Below the horizon", "directions below the horizon per sample", "below"))
 register(WorkMap("standard_error", "Standard error", "standard error of the mean, as radiance", shows_error=True))
 register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
 
 
-def counted(parts: Any, number: Callable[[WorkTally], Any]) -> Any:
+def counted(parts: Any, number: str) -> Any:
     """The parts of a sample (``forms.SampleParts``), observed: the film gets a number of what the sample did."""
     tally = WorkTally()
     scene = counted_scene(parts.scene, tally)
     eye_rays = copy.copy(parts.eye_rays)
     eye_rays.intersector = scene.ray_intersector
-    sampler = observed(parts.sampler, {"start": before(lambda *_: tally.begin())})
-
-    def record(film, call, x, y, value, index):
-        return call(x, y, _grey(number(tally)), index)
-
-    film = observed(parts.film, {"record": record})
+    sampler = observed(parts.sampler, {"start": beginning}, tally)
+    film = observed(parts.film, {"record": recording}, (tally, number))
     return parts._replace(scene=scene, eye_rays=eye_rays, sampler=sampler, film=film)
+
+
+def counted_scene(scene: Any, tally: WorkTally) -> Any:
+    """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
+    search: dict[str, Callable] = dict.fromkeys(ENTERING, entering) | dict.fromkeys(TRYING, trying)
+    observers: dict[str, dict[str, Callable]] = {
+        "ray_intersector": search | {"sphere_candidate": trying_sphere, "is_occluded": sending},
+        "surface": dict.fromkeys(SCATTERING, scattering),
+        "lights": {"sample": sampling},
+    }
+    return observed_scene(scene, observers, tally)
+
+
+def beginning(tally: WorkTally, sampler: Any, start: Callable, *of: Any) -> Any:
+    """A sample begins."""
+    tally.begin()
+    return start(*of)
+
+
+def recording(watcher: Any, film: Any, record: Callable, x: Any, y: Any, value: Any, index: Any) -> Any:
+    """A sample ends; the watcher is its tally, and the name of the number that the film gets."""
+    tally, number = watcher
+    return record(x, y, _grey(getattr(tally, number)), index)
 
 
 @ti.func
@@ -120,23 +134,43 @@ def _grey(number):
     return tm.vec3(ti.cast(number, float))
 
 
-def counted_scene(scene: Any, tally: WorkTally) -> Any:
-    """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
+def entering(tally: WorkTally, intersector: Any, enter: Callable, *of: Any) -> Any:
+    """A node is entered."""
+    tally.node()
+    return enter(*of)
 
-    def of_lights(part, found, x, n, xi):
-        """``SceneLights.sample``: below the horizon, no surface is asked for the value of its direction."""
-        tally.direction(n, found[0])
 
-    counts = dict.fromkeys(ENTERING, before(lambda *_: tally.node()))
-    counts |= dict.fromkeys(TRYING, before(lambda *_: tally.primitive()))
-    counts["sphere_candidate"] = before(lambda part, *_: hasattr(part, TRYING[1]) and tally.primitive())
-    counts["is_occluded"] = after(lambda part, is_blocked, *_: tally.shadow_ray(is_blocked))
-    observers = {
-        "ray_intersector": counts,
-        "surface": dict.fromkeys(SCATTERING, before(lambda surface, w_i: _note_direction(tally, surface, w_i))),
-        "lights": {"sample": after(of_lights)},
-    }
-    return observed_scene(scene, observers)
+def trying(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> Any:
+    """A primitive is tried."""
+    tally.primitive()
+    return attempt(*of)
+
+
+def trying_sphere(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> Any:
+    """A sphere is tried; the plain form counts it as a primitive."""
+    if hasattr(intersector, TRYING[1]):
+        tally.primitive()
+    return attempt(*of)
+
+
+def sending(tally: WorkTally, intersector: Any, is_occluded: Callable, *of: Any) -> Any:
+    """A shadow ray is sent."""
+    is_blocked = impl.expr_init(is_occluded(*of))
+    tally.shadow_ray(is_blocked)
+    return is_blocked
+
+
+def scattering(tally: WorkTally, surface: Any, scatter: Callable, w_i: Any) -> Any:
+    """A surface gets a direction."""
+    _note_direction(tally, surface, w_i)
+    return scatter(w_i)
+
+
+def sampling(tally: WorkTally, lights: Any, sample: Callable, x: Any, n: Any, xi: Any) -> Any:
+    """The lights are sampled: below the horizon, no surface is asked for the value of this direction."""
+    found = impl.expr_init(sample(x, n, xi))
+    tally.direction(n, found[0])
+    return found
 
 
 @ti.func

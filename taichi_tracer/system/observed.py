@@ -115,13 +115,15 @@ def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]], 
     """
     found = scene
     if of_surfaces := observers.get("surface"):
-
-        def surface_at(part: Any, call: Callable, ray: Any, hit: Any) -> Any:
-            return observed(call(ray, hit), of_surfaces)
-
-        found = observed(found, {"surface_at": surface_at})
+        found = observed(found, {"surface_at": _of_surfaces}, (of_surfaces, watcher))
     found = observed(found, observers.get("scene", {}), watcher)
     for name in ("lights", "ray_intersector"):
         if name in observers:
             setattr(found, name, observed(getattr(scene, name), observers[name], watcher))
     return found
+
+
+def _of_surfaces(watcher: Any, scene: Any, surface_at: Callable, *of: Any) -> Any:
+    """The surface that a scene makes, observed; the watcher is the observers of surfaces, and their own."""
+    observers, own = watcher
+    return observed(surface_at(*of), observers, own)

@@ -42,9 +42,11 @@ scene = tt.scene_from_mesh(scene.mesh, environment=sky)
 renderer = tt.A2Renderer(scene, 16, 12).use('environment')
 renderer.render(2).error()
 """
+MAP = "renderer = tt.MapRenderer(scene, 16, 12, of='mis').use('blocked')"
 BODIES = {
     "a view": NORMAL,
     "one technique under a sun": SUN,
+    "a map of work": MAP,
     "direct light": "renderer = tt.A2Renderer(scene, 16, 12).use('mis')",
     "tiles": "renderer = tt.A2Renderer(scene, 16, 12).use('mis'); renderer.use_tiles = True",
     "paths": "renderer = tt.A4Renderer(scene, 16, 12).use('path')",

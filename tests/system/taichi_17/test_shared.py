@@ -66,6 +66,12 @@ def under_a_sun(name, tiles=None):
     return make
 
 
+def map_of_work(seed, size):
+    """A map of the shadow rays that are blocked."""
+    renderer = tt.MapRenderer(any_scene(seed, environment="studio"), *size, of="mis").use("blocked")
+    return renderer.render(2).image()
+
+
 VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
 ESTIMATORS = ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balance", "mis_one_sample")
 QUICK = {
@@ -83,6 +89,7 @@ LONG = {
     "tiles without light samples": picture(tt.A2Renderer, "brdf", tiles=True),
     "one technique under a sun": under_a_sun("environment"),
     "tiles under a sun": under_a_sun("mis", tiles=True),
+    "a map of work": map_of_work,
     "the plain tree": picture(tt.A2Renderer, "mis", intersector="bvh", fast=False),
     "every triangle": picture(tt.A2Renderer, "mis", intersector="brute_force", fast=False),
 }
