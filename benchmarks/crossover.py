@@ -81,7 +81,7 @@ def draw(curves: dict[str, dict[int, float]], meeting: float) -> None:
     matplotlib.use("svg")
     from matplotlib import pyplot
 
-    matplotlib.rcParams["svg.hashsalt"] = "frame_time"
+    matplotlib.rcParams.update({"svg.hashsalt": "frame_time", "svg.fonttype": "none"})
     figure, axes = pyplot.subplots(figsize=(6.4, 4), layout="constrained")
     for name, curve in curves.items():
         axes.loglog(list(curve), list(curve.values()), marker="o", label=name)
