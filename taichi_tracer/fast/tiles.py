@@ -38,7 +38,8 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-# From the first sample on: kept tiles take half a second to start, and a tenth where the process has used them.
+# A picture with so many samples of pixels is taken in tiles from the first one on. Kept tiles take half a second to
+# start, and those that the process has used a twentieth.
 LEAST = Least(started=400_000, kept=4_000_000)
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)

@@ -107,7 +107,7 @@ class Paths(Integrator):
 
     @ti.func
     def needs_hit(self, scene, surface, w_i, depth, is_delta):
-        """Whether it matters what the next ray hits. The last ray of a path must find a light, or it is not traced.
+        """Whether it matters what the next ray hits. The last ray of a path is traced only if it may find a light.
 
         In ``explicit``, what it finds counts only if a mirror sent it.
         """
