@@ -13,7 +13,7 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.textures import textured
 
 if TYPE_CHECKING:
@@ -31,11 +31,13 @@ class SceneInKernels:
         samples_lights: whether directions are drawn from the lights. All lamps of a scene may be without area.
         compensates: whether samples of the environment leave out what samples of the BRDF find, see
             ``lights.environment_light``.
+        search: the intersector of ``SceneData``, also in a copy in which ``ray_intersector`` is observed.
     """
 
     def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
         self.effects, self.compensates = effects, compensates
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
+        self.search = scene.ray_intersector
         self.material_library, self.textures = scene.material_library, scene.textures
         self.environment, self.background = scene.environment, scene.background
         far: list[Light] = []
@@ -81,9 +83,12 @@ class SceneInKernels:
 
     @ti.func
     def may_find_light(self, ray):
-        """Whether a ray may meet light: not if it passes the box of all lamps, and no light is far away."""
+        """Whether a ray may meet light: not if it passes the box of all lamps, and no light is far away.
+
+        Where a student's method finds what a ray hits, this may be a lamp anywhere.
+        """
         may = True
-        if ti.static(len(self.lights.far) == 0):
+        if ti.static(len(self.lights.far) == 0 and len(replaced(self.search)) == 0):
             may = False
             if ti.static(self.lights.has_lamps):
                 low, high = self.lights.lamps.corners[0], self.lights.lamps.corners[1]

@@ -15,6 +15,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray, no_hit
+from taichi_tracer.ray_intersector import BruteForceRayIntersector
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.system.seams import in_kernels
 
@@ -210,6 +211,19 @@ def test_what_may_find_no_light_finds_none(name):
     assert not (finds & ~may_find).any()
     if name == "cornell_box":
         assert may_find[1::2].mean() < 0.3
+
+
+def test_where_a_student_finds_what_a_ray_hits_it_may_be_a_lamp_anywhere():
+    class Mine(BruteForceRayIntersector):
+        @ti.func
+        def intersect_triangle(self, ray, triangle_id):
+            return no_hit()
+
+    directions = np.random.default_rng(4).normal(size=(100, 3))
+    scene = tt.load_scene_data("cornell_box", intersector=Mine)
+    may_find, finds = last_rays(scene, np.zeros((100, 3)) + [0, 1, 0], directions)
+    assert may_find.all()
+    assert not finds.any()
 
 
 def test_light_from_far_away_may_always_be_found_and_a_point_light_never():
