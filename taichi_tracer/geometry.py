@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.formulas.convexity import named
+from taichi_tracer.formulas.convexity import box_of, named
 from taichi_tracer.formulas.triangles import stable_normal, thinness, thinness_of, unit, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
@@ -309,12 +309,13 @@ class Geometry:
         if mesh.placed is not None:
             used = mesh.placed.points(mesh.placed.boxes(mesh))
             used = used if len(used) > 0 else np.zeros((1, 3))
-            return used.min(axis=0), used.max(axis=0)
+            return box_of(used)
         corners = [mesh.vertices[named(mesh.faces, len(mesh.vertices))]] if len(mesh.faces) > 0 else []
         if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
         used = np.concatenate(corners) if corners else np.zeros((1, 3))
-        return used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
+        low, high = box_of(used)
+        return low.astype(np.float64), high.astype(np.float64)
 
     def sphere_boxes(self) -> np.ndarray:
         """(n, 6) low and high corner of the box of every sphere that a ray can hit, in the running precision."""
@@ -326,16 +327,16 @@ class Geometry:
         return np.flatnonzero(~is_collapsed(self.mesh.faces))
 
     def hittable(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) numbers of the primitives that a ray can hit, and their (n, 6) boxes."""
+        """(n,) int32 numbers of the primitives that a ray can hit, and their (n, 6) boxes."""
         rows = self.hittable_triangles()
         v0, v1, v2 = (np.take(self.mesh.vertices, self.mesh.faces[rows, k], axis=0) for k in range(3))
         boxes = np.empty((len(rows), 6), self.mesh.vertices.dtype)
         np.minimum(np.minimum(v0, v1), v2, out=boxes[:, :3])
         np.maximum(np.maximum(v0, v1), v2, out=boxes[:, 3:])
-        ids = rows
+        ids = rows.astype(np.int32)
         if self.n_spheres > 0:
             ids = np.flatnonzero(self.mesh.primitives() >= 0)[rows]
-            ids = np.concatenate([ids, self.mesh.sphere_ids[self.mesh.spheres[:, 3] > 0]])
+            ids = np.concatenate([ids, self.mesh.sphere_ids[self.mesh.spheres[:, 3] > 0]]).astype(np.int32)
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
+from taichi_tracer.formulas.convexity import box_of
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
 from taichi_tracer.mesh_parts import (
@@ -132,7 +133,7 @@ class Placed:
         found = []
         for number in range(len(self.faces) - 1):
             points = visible_points(self.object(mesh, number))
-            sides = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) > 0 else points
+            sides = np.stack(box_of(points)) if len(points) > 0 else points
             found.append(np.stack(np.meshgrid(*sides.T, indexing="ij"), axis=-1).reshape(-1, 3))
         return found
 
@@ -364,7 +365,7 @@ def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
         points = points[np.isfinite(np.float32(points)).all(axis=1)]  # nothing is cleaned yet
     if len(points) == 0:
         return mesh
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box_of(points)
     axes = world_axes(up_axis)
     side, up, front = axes.T
     size = float(np.linalg.norm(high - low))

@@ -20,7 +20,7 @@ from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
 from taichi_tracer.geometry import Geometry, Mesh, check
 from taichi_tracer.instances import view_of_mesh
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.mesh_parts import surface_of, visible_points
+from taichi_tracer.mesh_parts import surface_of
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
@@ -207,10 +207,7 @@ def stand(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any = None) -> tupl
         if up_axis != "y":
             mesh.notes.append(f"{path}: z points upwards, because a flat base is there: --up-axis y undoes this")
     if view is None and surface is not None:
-        points = visible_points(mesh)
-        with np.errstate(over="ignore"):
-            shown = points[np.isfinite(np.float32(points)).all(axis=1)]  # nothing is cleaned yet
-        view = best_view(surface, shown, up_axis, OF_COURSE if up_axis == "y" else ())
+        view = best_view(surface, up_axis, OF_COURSE if up_axis == "y" else ())
         view = view if isinstance(view, dict) else functools.partial(view_of_mesh, seen_from=view)
     return up_axis, own_view(path) if view is None else view
 

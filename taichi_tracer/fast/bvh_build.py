@@ -14,6 +14,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.formulas.convexity import box_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.seams import in_kernels
 
@@ -38,9 +39,10 @@ STACK_SIZE = 64
 
 @dataclass
 class BinaryTree:
-    """A binary tree over boxes, as arrays: node 0 is the root.
+    """A binary tree over boxes, as arrays. The nodes are numbered level by level: node 0 is the root.
 
     Attributes:
+        levels: (L + 1,) the first node of each of the L levels, and the number of all nodes.
         box: (N, 6) low and high corner of every node.
         child: (N,) the left child, which is followed by the right one; −1 in a leaf.
         begin, end: (N,) the range of ``order`` below a node. Nodes above the groups have a range without meaning, which
@@ -48,6 +50,7 @@ class BinaryTree:
         order: (F,) ids of the items; the items of a leaf are neighbours.
     """
 
+    levels: np.ndarray
     box: np.ndarray
     child: np.ndarray
     begin: np.ndarray
@@ -70,12 +73,18 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
     if n > MEDIUM:
         order, starts = grid_groups(box)
     ranges = np.stack([starts, np.append(starts[1:], n)], axis=1).astype(np.int32)
-    nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
+    roots, parts, count = [], [], 0
     for some in _batches(starts, n):
-        nodes.split(ranges[some], box, order, at_once, BLOCK)
-    if len(starts) > 1:
-        _join(nodes, starts, order)
-    return nodes.tree(order)
+        first, last = ranges[some][0, 0], ranges[some][-1, 1]
+        nodes = Nodes(2 * (last - first), box.dtype)
+        nodes.split(ranges[some] - first, box, order[first:last], at_once, BLOCK)
+        numbers = nodes.pack(count)
+        nodes.links[:, 1:] += first
+        roots.append(numbers[2 * (starts[some] - first)])
+        parts.append(nodes)
+        count += len(nodes.box)
+    nodes = joined(parts)
+    return nodes.tree(order, nodes.join(np.concatenate(roots), n))
 
 
 def build_small(box: np.ndarray, most: int | None = None) -> BinaryTree:
@@ -101,7 +110,7 @@ def build_small(box: np.ndarray, most: int | None = None) -> BinaryTree:
                 left = 2 * (begin + count)
                 nodes.links[node, 0] = left
                 stack += [(left, begin, begin + count), (left + 1, begin + count, end)]
-    return nodes.tree(order)
+    return nodes.tree(order, 0)
 
 
 def split_small(box: np.ndarray, most: int) -> tuple[np.ndarray, int]:
@@ -146,51 +155,83 @@ def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:
 
 
 class Nodes:
-    """Boxes and links (child, begin, end) of the nodes while the tree is built."""
+    """Boxes and links (child, begin, end) of the nodes while the tree is built. Where no node is, the links are −1."""
 
     def __init__(self, count: int, dtype: np.dtype) -> None:
         self.box = np.zeros((count, 6), dtype)
         self.links = np.full((count, 3), -1, np.int32)
 
-    def split(
-        self, ranges: np.ndarray, box: np.ndarray, order: np.ndarray, at_once: int, most: int, base: int = 0
-    ) -> None:
+    def split(self, ranges: np.ndarray, box: np.ndarray, order: np.ndarray, at_once: int, most: int) -> None:
         """Build a tree for each of the (k, 2) ranges of ``order``: by ``_build_ranges``, or else by numpy."""
         if not runtime.can("parallel building"):
             for begin, end in ranges:
-                self._split_by_numpy(begin, end, box, order, most, base)
+                self._split_by_numpy(begin, end, box, order, most)
             return
         scratch = [np.empty((len(ranges), *shape), box.dtype) for shape in ((3 * NUM_BINS, 2, 3), (3 * NUM_BINS,))]
         scratch += [np.empty((len(ranges), NUM_BINS), box.dtype), np.empty((len(ranges), STACK_SIZE), np.int32)]
         boxes, node_box = (np.ascontiguousarray(own).reshape(-1, 2, 3) for own in (box, self.box))
-        _build_ranges(ranges, base, at_once, most, boxes, order, node_box, self.links, *scratch)
+        _build_ranges(ranges, at_once, most, boxes, order, node_box, self.links, *scratch)
 
-    def _split_by_numpy(self, begin: int, end: int, box: np.ndarray, order: np.ndarray, most: int, base: int) -> None:
+    def _split_by_numpy(self, begin: int, end: int, box: np.ndarray, order: np.ndarray, most: int) -> None:
         """The same for one range."""
-        tree, own = build_small(box[order[begin:end]], most), slice(2 * begin, 2 * end)
+        tree = build_small(box[order[begin:end]], most)
+        own = slice(2 * begin, 2 * begin + len(tree.box))
         self.box[own] = tree.box
-        self.links[own, 0] = np.where(tree.child >= 0, base + 2 * begin + tree.child, -1)
-        self.links[own, 1] = np.where(tree.begin >= 0, begin + tree.begin, -1)
-        self.links[own, 2] = np.where(tree.end >= 0, begin + tree.end, -1)
+        self.links[own, 0] = np.where(tree.child >= 0, 2 * begin + tree.child, -1)
+        self.links[own, 1], self.links[own, 2] = begin + tree.begin, begin + tree.end
         order[begin:end] = order[begin:end][tree.order]
 
-    def tree(self, order: np.ndarray) -> BinaryTree:
-        """The tree of these nodes over the items of ``order``."""
-        return BinaryTree(self.box, self.links[:, 0], self.links[:, 1], self.links[:, 2], order)
+    def pack(self, first: int) -> np.ndarray:
+        """Number the nodes from ``first`` on, without gaps: a third of the memory. (N,) the new number of each."""
+        is_node = self.links[:, 1] >= 0
+        numbers = np.cumsum(is_node, dtype=np.int32) + np.int32(first - 1)
+        self.links, self.box = self.links[is_node], self.box[is_node]
+        is_inner = self.links[:, 0] >= 0
+        self.links[is_inner, 0] = numbers[self.links[is_inner, 0]]
+        return numbers
+
+    def join(self, roots: np.ndarray, n: int) -> int:
+        """Build the tree over the roots of the groups of n items, and add it to these nodes; returns its root."""
+        if len(roots) == 1:
+            return int(roots[0])
+        count, order, root = len(roots), np.arange(len(roots), dtype=np.int32), len(self.box)
+        top = Nodes(2 * count, self.box.dtype)
+        top.split(np.array([[0, count]], np.int32), self.box[roots], order, 1, 1)
+        top.pack(root)
+        # A leaf over one group becomes the root of this group. An inner node gets the range of all items.
+        is_leaf = top.links[:, 0] < 0
+        top.links[~is_leaf, 1:] = 0, n
+        top.links[is_leaf] = self.links[roots[order[top.links[is_leaf, 1]]]]
+        self.links, self.box = np.concatenate([self.links, top.links]), np.concatenate([self.box, top.box])
+        return root
+
+    def tree(self, order: np.ndarray, root: int) -> BinaryTree:
+        """The tree below a node over the items of ``order``. The memory of these nodes is gone then."""
+        levels, level = [], np.array([root])
+        while len(level) > 0:
+            levels.append(level)
+            left = self.links[level, 0]
+            left = left[left >= 0]
+            level = np.stack([left, left + 1], axis=1).reshape(-1)
+        nodes = np.concatenate(levels)
+        is_inner = self.links[nodes, 0] >= 0
+        child = np.where(is_inner, 2 * np.cumsum(is_inner, dtype=np.int32) - 1, np.int32(-1))
+        begin, end = self.links[nodes, 1], self.links[nodes, 2]
+        del self.links
+        firsts = np.cumsum([0, *map(len, levels)])
+        return BinaryTree(firsts, self.box[nodes], child, begin, end, order)
 
 
-def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> None:
-    """Build the tree over the roots of the groups behind the nodes of the groups, and make its root node 0."""
-    n, base, count = len(order), 2 * len(order), len(starts)
-    roots, group_order = 2 * starts, np.arange(count, dtype=np.int32)
-    top = Nodes(2 * count, nodes.box.dtype)
-    top.split(np.array([[0, count]], np.int32), nodes.box[roots], group_order, 1, 1, base)
-    # A leaf over one group becomes the root of this group. An inner node gets the range of all triangles.
-    is_leaf = (top.links[:, 0] < 0) & (top.links[:, 1] >= 0)
-    top.links[~is_leaf, 1:] = 0, n
-    top.links[is_leaf] = nodes.links[roots[group_order[top.links[is_leaf, 1]]]]
-    nodes.box[base:], nodes.links[base:] = top.box, top.links
-    nodes.box[0], nodes.links[0] = top.box[0], top.links[0]
+def joined(parts: list[Nodes]) -> Nodes:
+    """All nodes of several parts, whose memory is gone then."""
+    if len(parts) == 1:
+        return parts[0]
+    whole = Nodes(0, parts[0].box.dtype)
+    for name in ("links", "box"):
+        setattr(whole, name, np.concatenate([getattr(part, name) for part in parts]))
+        for part in parts:
+            delattr(part, name)
+    return whole
 
 
 def bits_per_axis(n: int) -> int:
@@ -205,7 +246,7 @@ def bits_per_axis(n: int) -> int:
 def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Items sorted by the Morton code of their grid cell: (F,) int32 order and (G,) int32 start of every group."""
     centre = box[:, :3] + box[:, 3:]
-    low, high = centre.min(axis=0), centre.max(axis=0)
+    low, high = box_of(centre)
     size = np.where(high > low, high - low, 1)
     bits = bits_per_axis(len(box))
     cells = 1 << bits
@@ -224,7 +265,6 @@ def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 @ti.kernel
 def _build_ranges(
     ranges: ti.types.ndarray(dtype=ti.i32, ndim=2),
-    base: ti.i32,
     at_once: ti.i32,
     most: ti.i32,
     box: ti.types.ndarray(dtype=tm.vec3, ndim=2),
@@ -239,8 +279,7 @@ def _build_ranges(
     """One tree for each range [begin, end) of ``order``, with its root at node 2·begin.
 
     At most one split happens at each position m of ``order``. Its children are the nodes 2m and 2m + 1, so that the
-    tasks need no shared counter. A link to a child is ``base`` + the index of the child. A range of up to ``most``
-    items stays together.
+    tasks need no shared counter. A range of up to ``most`` items stays together.
     """
     for task in range(ranges.shape[0]):
         items = _items(task, box, order, bins, counts, costs)
@@ -257,7 +296,7 @@ def _build_ranges(
             if end - begin > most:
                 middle = items.split(begin, end, c_low, c_high, at_once)
                 left = 2 * middle
-                links[node, 0] = base + left
+                links[node, 0] = left
                 links[left, 1], links[left, 2] = begin, middle
                 links[left + 1, 1], links[left + 1, 2] = middle, end
                 smaller_is_left = middle - begin <= end - middle

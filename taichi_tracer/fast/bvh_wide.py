@@ -115,14 +115,14 @@ def collapse(tree: BinaryTree) -> WideTree:
     """The wide tree of the smallest cost that can be made from a binary tree."""
     plan = _Plan(tree)
     if plan.is_leaf[0]:
-        return _single_leaf(int(plan.begin[0]), int(plan.end[0]), tree.box.dtype)
+        return _single_leaf(int(tree.begin[0]), int(tree.end[0]), tree.box.dtype)
 
     members_of, inner_of, children_of = [], [], []
     level, first_of_next = np.array([0]), 1
     while len(level) > 0:
         members = plan.members(level)
         is_inner = (members >= 0) & ~plan.is_leaf[members]
-        children = np.where(members >= 0, leaf_reference(plan.begin[members], plan.end[members]), ABSENT)
+        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), ABSENT)
         children[is_inner] = first_of_next + np.arange(is_inner.sum())
         for of, value in ((members_of, members), (inner_of, is_inner), (children_of, children)):
             of.append(value)
@@ -130,7 +130,7 @@ def collapse(tree: BinaryTree) -> WideTree:
         first_of_next += len(level)
 
     members = np.concatenate(members_of)
-    boxes = tree.box[plan.nodes[members]]
+    boxes = tree.box[members]
     boxes[members < 0] = [np.inf] * 3 + [-np.inf] * 3
     return WideTree(
         planes=np.ascontiguousarray(boxes.transpose(0, 2, 1)),
@@ -145,13 +145,10 @@ def collapse(tree: BinaryTree) -> WideTree:
 class _Plan:
     """The cheapest choice for every binary node: to become a leaf, a wide node, or to give its slots to its children.
 
-    The nodes are numbered anew, level by level from the root. Then the left children of a level are every other node of
-    the next level, and the right children are the nodes between them.
+    The left children of a level are every other node of the next level, and the right children are the nodes between
+    them.
 
     Attributes:
-        nodes: (N,) the number of each node in the binary tree.
-        begin, end: (N,) as in the binary tree.
-        child: (N,) the new number of the left child, which is followed by the right one; −1 in a leaf.
         slots: (N, 9) how many of i slots of the wide node above it the cheapest choice uses.
         to_left: (N, 9) how many of these slots go to the left child.
         is_leaf: (N,) whether a node that takes one slot becomes a leaf.
@@ -159,34 +156,25 @@ class _Plan:
     """
 
     def __init__(self, tree: BinaryTree) -> None:
-        levels = _levels(tree.child)
-        self.nodes = np.concatenate(levels)
-        n = len(self.nodes)
-        self.begin, self.end = tree.begin[self.nodes].astype(np.int64), tree.end[self.nodes].astype(np.int64)
-        is_inner = tree.child[self.nodes] >= 0
-        self.child = np.where(is_inner, 2 * np.cumsum(is_inner) - 1, -1).astype(np.int32)
+        self.tree, n = tree, len(tree.box)
         self.slots = np.ones((n, WIDTH + 1), np.int8)
         self.to_left = np.zeros((n, WIDTH + 1), np.int8)
         self.is_leaf = np.ones(n, bool)
-        cost, last = np.zeros((WIDTH + 1, 0), np.float32), n
-        for level in reversed(levels):
-            first = last - len(level)
-            cost, area = self._decide(slice(first, last), tree.box[level], is_inner[first:last], cost)
-            last = first
+        cost = np.zeros((WIDTH + 1, 0), np.float32)
+        for first, last in zip(tree.levels[-2::-1], tree.levels[:0:-1], strict=True):
+            cost, area = self._decide(slice(first, last), cost)
         self.cost, self.area = float(cost[1, 0]), float(area[0])
 
-    def _decide(
-        self, level: slice, box: np.ndarray, is_inner: np.ndarray, below: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _decide(self, level: slice, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """C(n, i) of the paper: (9, m) the cost of each node of a level, if it may take up to i slots; and its area.
 
         Args:
-            level: the numbers of the nodes. box: (m, 6). is_inner: (m,) bool.
-            below: the costs of the level below.
+            level: the numbers of the nodes. below: the costs of the level below.
         """
+        box, is_inner = self.tree.box[level], self.tree.child[level] >= 0
         size = (box[:, 3:] - box[:, :3]).astype(np.float64)
         area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
-        count = self.end[level] - self.begin[level]
+        count = self.tree.end[level] - self.tree.begin[level]
         as_leaf = np.where(count <= MAX_LEAF, area * -(-count // BLOCK) * COST_OF_BLOCK, np.inf)
         cost = np.repeat(as_leaf[None].astype(np.float32), WIDTH + 1, axis=0)
         if not is_inner.any():
@@ -221,7 +209,8 @@ class _Plan:
         rows = np.arange(len(level))
         to_left = self.to_left[level, WIDTH].astype(np.int64)
         owner = np.concatenate([rows, rows])
-        node = np.concatenate([self.child[level], self.child[level] + 1]).astype(np.int64)
+        left = self.tree.child[level]
+        node = np.concatenate([left, left + 1]).astype(np.int64)
         slots = np.concatenate([to_left, WIDTH - to_left])
         done_owner, done_node = [], []
         while len(node) > 0:
@@ -233,7 +222,8 @@ class _Plan:
             to_left = self.to_left[node, slots].astype(np.int64)
             owner = np.concatenate([owner, owner])
             slots = np.concatenate([to_left, slots - to_left])
-            node = np.concatenate([self.child[node], self.child[node] + 1]).astype(np.int64)
+            left = self.tree.child[node]
+            node = np.concatenate([left, left + 1]).astype(np.int64)
         owner, node = np.concatenate(done_owner), np.concatenate(done_node)
         order = np.argsort(owner, kind="stable")
         owner, node = owner[order], node[order]
@@ -241,16 +231,6 @@ class _Plan:
         members = np.full((len(level), WIDTH), -1, np.int64)
         members[owner, position] = node
         return members
-
-
-def _levels(child: np.ndarray) -> list[np.ndarray]:
-    """The nodes of each depth, beginning with the root."""
-    levels, level = [], np.array([0])
-    while len(level) > 0:
-        levels.append(level)
-        inner = child[level[child[level] >= 0]]
-        level = np.stack([inner, inner + 1], axis=1).reshape(-1)
-    return levels
 
 
 def _stack_size(members_of: list[np.ndarray], inner_of: list[np.ndarray]) -> int:

@@ -81,7 +81,7 @@ class WideBVH(LeafSearch):
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
         rows = np.full(self.num_places, NO_ROW, np.int32)
         rows[places] = order
-        triangles = *leaf_triangles(geometry), ids.astype(np.int32)
+        triangles = *leaf_triangles(geometry), ids
         if len(ids) < MANY_TRIANGLES:
             tables = Tables()
             for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):

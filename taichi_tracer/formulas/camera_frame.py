@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from taichi_tracer.formulas.convexity import box_of
 from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -83,7 +84,7 @@ def view_of_points(
         aspect: width / height of the picture. seen_from: azimuth and elevation in degrees.
     """
     points = np.asarray(points, np.float64) if len(points) > 0 else np.zeros((1, 3))
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box_of(points)
     at = low + (high - low) / 2
     azimuth, elevation = (math.radians(angle) for angle in seen_from)
     towards_eye = math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)

@@ -16,8 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from taichi_tracer.formulas.camera_frame import FROM, camera_frame, up_of, view_of_points, world_axes
+from taichi_tracer.formulas.convexity import box_of
 
 CELLS, DIRECTIONS = 48, 20
+EACH = 8  # of so many points of the surfaces, one is enough to place the camera of a view that is only tried
 GOOD_ENOUGH = 0.75  # of the best score: the usual view is kept if it has so much
 AROUND = (35.0, 125.0, 215.0, 305.0), 20.0  # azimuths and elevation in degrees, of views from outside
 STRAIGHT = (0.0, 90.0, 180.0, 270.0), 3.5
@@ -40,24 +42,25 @@ class Surface(NamedTuple):
     area: float
 
 
-def best_view(surface: Surface, shown: np.ndarray, up_axis: str, further: Sequence[View]) -> View | Angles:
+def best_view(surface: Surface, up_axis: str, further: Sequence[View]) -> View | Angles:
     """The view that shows most: as a view, or as the angles of ``view_of_points``.
 
     Args:
-        shown: (n, 3) points that a view from outside must show. further: a view that comes into question, too.
+        further: views that come into question, too.
     """
     around = [(azimuth, elevation) for azimuths, elevation in (STRAIGHT, AROUND) for azimuth in azimuths]
     if len(surface.points) == 0:
         return FROM
-    choices: list[View | Angles] = [FROM, *around, *inside(shown, up_axis), *further]
-    views = (one if isinstance(one, dict) else view_of_points(shown, up_axis, seen_from=one) for one in choices)
+    some = surface.points[::EACH]
+    choices: list[View | Angles] = [FROM, *around, *inside(surface, up_axis), *further]
+    views = (one if isinstance(one, dict) else view_of_points(some, up_axis, seen_from=one) for one in choices)
     scores = [score(view, surface) for view in views]
     return FROM if scores[0] >= GOOD_ENOUGH * max(scores) else choices[int(np.argmax(scores))]
 
 
-def inside(shown: np.ndarray, up_axis: str) -> list[View]:
+def inside(surface: Surface, up_axis: str) -> list[View]:
     """Views from four corners of the box into it; none if it is flat."""
-    low, high = shown.min(axis=0), shown.max(axis=0)
+    low, high = box_of(surface.points)
     middle, half, (eye, at, fov) = (low + high) / 2, (high - low) / 2, INSIDE
     found = []
     for x, z in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
@@ -107,7 +110,7 @@ def guessed_up_axis(surface: Surface) -> str:
 def base(surface: Surface, axis: int) -> float:
     """How much larger the flat lower end along an axis is than the upper one, as a share of the box's side."""
     points, normal = surface.points, surface.normals[:, axis]
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box_of(points)
     side = np.delete(high - low, axis).prod()
     thickness = BASE * (high - low)[axis]
     lower = (points[:, axis] <= low[axis] + thickness) & (normal < DOWN)

@@ -11,7 +11,7 @@ from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
 from taichi_tracer.formulas.first_view import Surface, best_view, guessed_up_axis, score
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.mesh_parts import POINTS, surface_of, visible_points
+from taichi_tracer.mesh_parts import POINTS, surface_of
 
 CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -55,16 +55,16 @@ def test_what_has_no_area_is_seen_as_usual(vertices):
     with np.errstate(all="ignore"):
         surface = surface_of(mesh)
     assert len(surface.points) == 0
-    assert best_view(surface, vertices, "y", []) == FROM
+    assert best_view(surface, "y", []) == FROM
     assert guessed_up_axis(surface) == "y"
 
 
 def test_a_closed_box_is_seen_as_usual_and_a_room_through_its_open_side():
     box = boxes(((-1, -1, -1), (1, 1, 1)))
-    assert best_view(surface_of(box), visible_points(box), "y", []) == FROM
+    assert best_view(surface_of(box), "y", []) == FROM
     for missing, azimuth in ((5, 0.0), (4, 180.0), (1, 90.0), (0, 270.0)):
         room = inside_out(boxes(((-1, -1, -1), (1, 1, 1)), leave=(missing,)))
-        found = best_view(surface_of(room), visible_points(room), "y", [])
+        found = best_view(surface_of(room), "y", [])
         assert not isinstance(found, dict)
         assert found[0] == azimuth
 
@@ -73,7 +73,7 @@ def test_a_closed_box_is_seen_as_usual_and_a_room_through_its_open_side():
 def test_a_closed_room_is_seen_from_inside(up_axis):
     room = inside_out(boxes(((-3, 0, -2), (3, 2.5, 2))))
     room.vertices = room.vertices @ world_axes(up_axis).T
-    found = best_view(surface_of(room), visible_points(room), up_axis, [])
+    found = best_view(surface_of(room), up_axis, [])
     assert isinstance(found, dict)
     assert (room.vertices.min(axis=0) < found["eye"]).all()
     assert (found["eye"] < room.vertices.max(axis=0)).all()
@@ -86,7 +86,7 @@ def test_a_view_that_shows_more_is_taken():
     across = np.array([math.sin(azimuth), 0, math.cos(azimuth)])
     corners = np.array([a * across + (0, b, 0) for a, b in ((-1, 0), (1, 0), (1, 1), (-1, 1))])
     mesh = Mesh(vertices=corners, faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32))
-    found = best_view(surface_of(mesh), corners, "y", [])
+    found = best_view(surface_of(mesh), "y", [])
     assert found != FROM
     view = found if isinstance(found, dict) else view_of_points(corners, "y", seen_from=found)
     assert score(view, surface_of(mesh)) > 2 * score(view_of_points(corners), surface_of(mesh))
