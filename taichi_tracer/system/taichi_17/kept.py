@@ -39,7 +39,7 @@ from taichi_tracer.system.taichi_17.questions import Notes
 from taichi_tracer.system.taichi_17.words import OWN
 
 LONG = 0.02  # seconds of reading: a kernel that is read in less is not kept
-MOST = 16  # readings that are kept for each function
+MOST = 32  # readings that are kept for each function: to see that it is none of them takes 2 ms for each
 MOST_FILES = 200  # of readings, of all functions under all circumstances: each version of the package has its own
 ITSELF = 20051  # what a kernel returns that does nothing
 FOLDER = "readings"  # in Taichi's folder
@@ -54,13 +54,16 @@ class Kept(NamedTuple):
 
     Attributes:
         record: see ``records``. seconds: that it took.
-        small, large: the names of Taichi's files with the code of the small and of the large kernel.
+        small, large: the names of Taichi's files with the code of the small and of the large kernel; "" if Taichi has
+            found code that was there before, under a name that nothing tells.
+        salt: makes the keys of both new, so that the next process learns the names.
     """
 
     record: bytes
     seconds: float
     small: str
     large: str
+    salt: str
 
 
 @dataclass
@@ -69,19 +72,21 @@ class Waiting:
 
     Attributes:
         name: of the kernel, which no other kernel of any process has. file: where it is kept.
-        record, seconds: see ``Kept``. mode: Taichi's mode of the kernel.
+        record, seconds, salt: see ``Kept``. mode: Taichi's mode of the kernel.
     """
 
     name: str
     file: Path
     record: bytes
     seconds: float
+    salt: str
     mode: Any
 
 
 is_used = False  # whether readings are kept
 parameters: list[tuple[str, tuple[Any, ...]]] = []  # of the kernel that is read: methods of Taichi's, and their words
 _name: str | None = None  # of the kernel that is read, if it may be kept; no other kernel of any process has it
+_salt = ""  # of this kernel
 _waiting: list[Waiting] = []
 _unproven: dict[Any, list[Any]] = {}  # kernels that may do nothing → record, its file, and Taichi's object of a launch
 _missed: dict[bytes, Path] = {}  # records of kernels that did nothing → their files
@@ -157,7 +162,7 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
     if file is None:
         return None
     for kept in kept_in(file):
-        if kept.record in _missed:
+        if kept.record in _missed or not kept.large:
             continue
         try:
             notes, facts = records.read(kept.record)
@@ -168,7 +173,7 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
             continue
         launch = facts["launch"].of(found) if facts["launch"] is not None else None
         if (launch is None) == (facts["launch"] is None):
-            made = small_kernel(kept.record, facts, file, kernel.func.__name__, kernel.autodiff_mode, kept.seconds)
+            made = small_kernel(kept, facts, file, kernel.func.__name__, kernel.autodiff_mode)
             _unproven[made] = [kept.record, file, None]
             return notes, made, launch
     return None
@@ -177,11 +182,12 @@ def find(kernel: Any, objects: tuple[Any, ...], features: Any) -> tuple[Notes, A
 @contextlib.contextmanager
 def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], None]]:
     """While Python reads a kernel. Yields a function that keeps the questions, the kernel, and what sets arguments."""
-    global _name
+    global _name, _salt
     file, began = file_of(kernel), time.perf_counter()
     parameters.clear()
     name = f"{kernel.func.__name__}_{secrets.token_hex(8)}"
     _name = name if is_used and is_plain(kernel) else None
+    salt = _salt = next((one.salt for one in (kept_in(file) if file else []) if not one.large), "")
 
     def keep(notes: Notes, made: Any, launch: Any) -> None:
         seconds = time.perf_counter() - began
@@ -191,7 +197,7 @@ def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], 
         record = records.written(notes, launch=launch and launch.bare(), **facts)
         if record is not None:
             compiling.note_kept(made)
-            _waiting.append(Waiting(name, file, record, seconds, kernel.autodiff_mode))
+            _waiting.append(Waiting(name, file, record, seconds, salt, kernel.autodiff_mode))
 
     try:
         yield keep
@@ -202,8 +208,8 @@ def reading(kernel: Any, features: Any) -> Iterator[Callable[[Notes, Any, Any], 
 def naming(create: Callable) -> Callable:
     """``Program.create_kernel``, which gives a kernel that may be kept a name and a mark.
 
-    Without the mark, the code of a kernel that was not changed would be found under the key that it had in another
-    version of the package, whose readings are not found: it would be read for ever.
+    Without the mark, the code of a kernel would be found under the key that it had before a file of the package was
+    changed, and the readings of that time are not found: it would be read for ever.
     """
 
     @functools.wraps(create)
@@ -212,7 +218,7 @@ def naming(create: Callable) -> Callable:
             return create(program, build, name, *words)
 
         def built(kernel: Any) -> None:
-            mark(kernel.ast_builder(), repr(versions()).encode())
+            mark(kernel.ast_builder(), repr((package_files(), versions(), _salt)).encode())
             build(kernel)
 
         return create(program, built, _name, *words)
@@ -239,12 +245,12 @@ def inserting(insert: Callable) -> Callable:
     return inserted
 
 
-def small_kernel(record: bytes, facts: dict, file: Path, name: str, mode: Any, seconds: float = 0.0) -> Any:
+def small_kernel(one: Kept | Waiting, facts: dict, file: Path, name: str, mode: Any) -> Any:
     """A kernel that does nothing, and is told from all others by the answers and by the circumstances.
 
     Args:
-        record, facts: see ``records``: the parameters are those of the large kernel. file: where the record is kept.
-        name, mode: of the kernel. seconds: that the reading took.
+        one: with the record. facts: see ``records``: the parameters are those of the large kernel. file: where the
+            record is kept. name, mode: of the kernel.
     """
 
     def build(kernel: Any) -> None:
@@ -253,11 +259,11 @@ def small_kernel(record: bytes, facts: dict, file: Path, name: str, mode: Any, s
         kernel.insert_ret(ti.i32)
         kernel.finalize_params()
         kernel.finalize_rets()
-        mark(kernel.ast_builder(), file.name.encode() + record)
+        mark(kernel.ast_builder(), file.name.encode() + one.record + one.salt.encode())
         returned = make_expr_group(Expr(core.make_const_expr_int(ti.i32, ITSELF)))
         kernel.ast_builder().create_kernel_exprgroup_return(returned, core.DebugInfo(""))
 
-    build.read_before = facts["function"], seconds  # type: ignore[attr-defined]  # for ``kernels``
+    build.read_before = facts["function"], one.seconds  # type: ignore[attr-defined]  # for ``kernels``
     return impl.get_runtime().prog.create_kernel(build, name, mode)
 
 
@@ -298,7 +304,7 @@ def finishing(finalize: Callable) -> Callable:
             for one in _waiting:
                 with contextlib.suppress(records.NoWordError):  # a module that somebody has removed since
                     facts = records.read(one.record)[1]
-                    small = small_kernel(one.record, facts, one.file, f"{one.name}_small", one.mode)
+                    small = small_kernel(one, facts, one.file, f"{one.name}_small", one.mode)
                     program.compile_kernel(program.config(), program.get_device_caps(), small)
         finalize(program)
         with contextlib.suppress(OSError):  # a folder that is full or gone: kernels are read again
@@ -324,17 +330,17 @@ def write(made: list[Path]) -> None:
         kept = {one.record: one for one in kept_in(file)}
         for one in _waiting:
             if one.file == file:
-                former = kept.pop(one.record, None) or Kept(b"", 0.0, "", "")
+                former = kept.pop(one.record, None) or Kept(b"", 0.0, "", "", "")
                 small = file_with(f"{one.name}_small") or former.small
                 large = file_with(one.name) or former.large
-                if small and large:
-                    kept = {one.record: Kept(one.record, one.seconds, small, large), **kept}
+                new = Kept(one.record, one.seconds, small, large, one.salt)
+                kept = {one.record: new if small and large else nameless(new), **kept}
         for record in kept.keys() & (_missed.keys() | {one.record for one in _waiting}):
             there = file.parent.parent / kept[record].large
-            if there.exists():
+            if there.is_file():
                 replace(there.with_name(kept[record].small), there)
             else:
-                del kept[record]
+                kept[record] = nameless(kept[record])
         if kept:
             file.parent.mkdir(exist_ok=True)
             fresh = file.with_suffix(f".{secrets.token_hex(8)}")
@@ -346,10 +352,15 @@ def write(made: list[Path]) -> None:
                 old.unlink()
 
 
+def nameless(one: Kept) -> Kept:
+    """A reading of which Taichi has code, under a name that nothing tells."""
+    return Kept(one.record, one.seconds, "", "", secrets.token_hex(8))
+
+
 def forget(readings: list[Kept], folder: Path) -> None:
     """Remove the code under the keys of small kernels, whose readings are not kept any longer."""
-    for one in readings:
-        (folder / one.small).unlink(missing_ok=True)
+    for name in {one.small for one in readings} - {""}:
+        (folder / name).unlink(missing_ok=True)
 
 
 def replace(file: Path, by: Path) -> None:

@@ -135,7 +135,10 @@ def test_what_is_missing_is_made_again(begun, name):
     assert found == (VIEW if name == "large" else set()), "the code of the large one has two names"
     np.testing.assert_array_equal(again, picture)
     again, found, _ = processes.run()
-    assert found == (set() if name in ("both", "readings") else VIEW), "without the code's name, it cannot be found"
+    assert found == (set() if name in ("both", "readings") else VIEW), "nothing tells the name of the code"
+    np.testing.assert_array_equal(again, picture)
+    again, found, _ = processes.run()
+    assert found == VIEW, "it has another name"
     np.testing.assert_array_equal(again, picture)
     for one in processes.readings():
         if (processes.kernels / one.large).exists():
@@ -179,6 +182,18 @@ def test_a_constant_that_somebody_has_changed_is_no_part_of_other_processes(proc
 def test_nothing_is_kept_while_somebody_edits_the_package(processes):
     processes.run(f"kept._started = 0.0\n{NORMAL}")
     assert not (processes.kernels / kept.FOLDER).exists()
+    _, found, read = processes.run()
+    assert (found, read & VIEW) == (set(), VIEW)
+    assert processes.run()[1] == VIEW, "the code of the first process hides nothing from the third one"
+
+
+@pytest.mark.long
+def test_after_a_change_of_the_package_kernels_are_read_once(processes):
+    """Although their code is the same: the folder has it under another key."""
+    changed = f"kept.files_now = kept.package_files = lambda: 'another time of a file'\n{NORMAL}"
+    for body in (changed, NORMAL):
+        assert processes.run(body)[1] == set()
+        assert processes.run(body)[1] == VIEW
 
 
 @pytest.mark.long
@@ -199,9 +214,10 @@ def test_the_oldest_readings_go_with_their_code(begun):
     processes.run(f"kept.MOST = kept.MOST_FILES = 1\n{BODIES['paths']}")
     assert len(processes.readings()) == 1
     assert not any((processes.kernels / one.small).exists() for one in first)
-    again, found, _ = processes.run()
-    assert found == set()
-    np.testing.assert_array_equal(again, picture)
+    for read_again in (set(), set(), VIEW):  # the second process gives the code keys whose names it learns
+        again, found, _ = processes.run()
+        assert found == read_again
+        np.testing.assert_array_equal(again, picture)
 
 
 @pytest.mark.long
