@@ -17,7 +17,7 @@ from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
 # Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
-MANY_TRIANGLES = 20_000
+MANY_TRIANGLES = 200_000
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from taichi_tracer.formulas.first_view import Surface
+from taichi_tracer.formulas.triangles import cross, norm
 from taichi_tracer.geometry import Mesh, is_collapsed
 from taichi_tracer.materials import Material
 
@@ -57,12 +58,14 @@ def surface_of(mesh: Mesh) -> Surface:
     What has numbers that are not finite in f32 has none, because no kernel sees it.
     """
     step = 1 + len(mesh.faces) // MOST_MEASURED
-    triangles, spheres = mesh.vertices[mesh.faces[::step]].astype(np.float64), mesh.spheres.astype(np.float64)
+    ids, spheres = mesh.faces[::step].T, mesh.spheres.astype(np.float64)
+    corners = [np.take(mesh.vertices, own, axis=0).astype(np.float64, copy=False) for own in ids]
     with np.errstate(all="ignore"):
-        cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        lengths, areas = np.linalg.norm(cross, axis=1), 4 * np.pi * spheres[:, 3] ** 2
-        is_seen = [np.isfinite(np.float32(of)).all(axis=axes) for of, axes in ((triangles, (1, 2)), (spheres, 1))]
-        upto = np.cumsum(np.where(np.concatenate(is_seen), np.concatenate([lengths / 2, areas]), 0))
+        across = cross(corners[1] - corners[0], corners[2] - corners[0])
+        lengths, areas = norm(across), 4 * np.pi * spheres[:, 3] ** 2
+        is_finite, is_seen = (np.isfinite(np.float32(of)).all(axis=1) for of in (mesh.vertices, spheres))
+        is_seen = np.concatenate([is_finite[ids[0]] & is_finite[ids[1]] & is_finite[ids[2]], is_seen])
+        upto = np.cumsum(np.where(is_seen, np.concatenate([lengths / 2, areas]), 0))
     if len(upto) == 0 or not 0 < upto[-1] < np.inf:
         return Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool), 0.0)
     number = np.arange(POINTS)
@@ -74,9 +77,9 @@ def surface_of(mesh: Mesh) -> Surface:
     normals[is_sphere] = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), z], axis=1)
     points[is_sphere] = sphere[:, :3] + sphere[:, 3:] * normals[is_sphere]
     row, root = of[~is_sphere], np.sqrt(u[~is_sphere])[:, None]
-    a, b, c = triangles[row].transpose(1, 0, 2)
+    a, b, c = (corner[row] for corner in corners)
     points[~is_sphere] = a + root * (b - a + v[~is_sphere, None] * (c - b))
-    normals[~is_sphere] = cross[row] / lengths[row, None]
+    normals[~is_sphere] = across[row] / lengths[row, None]
     emits, triangles = mesh.emits(), len(mesh.faces)
     emits = np.concatenate([emits[:triangles:step], emits[triangles:]])
     return Surface(points, normals, emits[of], float(upto[-1]))

@@ -196,7 +196,8 @@ def unit_normals(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
         p = np.where(is_0_longest, e1, np.where(is_1_longest, e2, e0))
         q = np.where(is_0_longest, e2, np.where(is_1_longest, e0, e1))
         normal = cross(p, q)
-        within_1 = normal / abs(normal).max(axis=1, keepdims=True)
+        x, y, z = abs(normal).T
+        within_1 = normal / np.maximum(np.maximum(x, y), z)[:, None]
         return within_1 / norm(within_1)[:, None]
 
 
