@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.formulas.convexity import box_of, named
+from taichi_tracer.formulas.points import box_of, named
 from taichi_tracer.formulas.triangles import stable_normal, thinness, thinness_of, unit, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material

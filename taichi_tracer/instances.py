@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
-from taichi_tracer.formulas.convexity import box_of
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
 from taichi_tracer.mesh_parts import (

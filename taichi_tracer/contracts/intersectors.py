@@ -10,6 +10,7 @@ import numpy as np
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.shapes import lattice, soup, sphere
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system.registry import PARTS
 
@@ -100,7 +101,7 @@ def _together(parts):
 def rays_of_all_kinds(rng, mesh, count):
     """Random, axis-parallel, grazing, aimed at vertices and edges, on the surface, and degenerate rays."""
     vertices, faces = mesh.vertices, mesh.faces
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    low, high = box_of(vertices)
     size = np.maximum(high - low, 1e-3 * np.abs(vertices).max() + 1e-9)
     origins = rng.uniform(low - size, high + size, (count, 3))
     directions = rng.normal(size=(count, 3))

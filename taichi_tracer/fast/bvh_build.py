@@ -14,7 +14,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.lanes import larger, smaller
-from taichi_tracer.formulas.convexity import box_of
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.seams import in_kernels
 
@@ -206,7 +206,7 @@ class Nodes:
         return root
 
     def tree(self, order: np.ndarray, root: int) -> BinaryTree:
-        """The tree below a node over the items of ``order``. The memory of these nodes is gone then."""
+        """The tree below a node over the items of ``order``."""
         levels, level = [], np.array([root])
         while len(level) > 0:
             levels.append(level)
@@ -216,10 +216,8 @@ class Nodes:
         nodes = np.concatenate(levels)
         is_inner = self.links[nodes, 0] >= 0
         child = np.where(is_inner, 2 * np.cumsum(is_inner, dtype=np.int32) - 1, np.int32(-1))
-        begin, end = self.links[nodes, 1], self.links[nodes, 2]
-        del self.links
         firsts = np.cumsum([0, *map(len, levels)])
-        return BinaryTree(firsts, self.box[nodes], child, begin, end, order)
+        return BinaryTree(firsts, self.box[nodes], child, self.links[nodes, 1], self.links[nodes, 2], order)
 
 
 def joined(parts: list[Nodes]) -> Nodes:

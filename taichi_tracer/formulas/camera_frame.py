@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from taichi_tracer.formulas.convexity import box_of
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError, one_of
 

@@ -2,22 +2,12 @@
 
 import numpy as np
 
+from taichi_tracer.formulas.points import named
+
 MOST_DISTANCES = 1 << 27  # between vertices and planes that are compared: about half a second
 CHUNK = 1 << 22  # of them at once
 # Vertices that were rounded to f32 lie this much beside their plane, in units of the largest coordinate.
 ROUNDING = 4 * 2.0**-24
-
-
-def named(ids: np.ndarray, count: int) -> np.ndarray:
-    """(count,) bool: which of the numbers from 0 on are among the ids. It takes less time than sorting them."""
-    is_named = np.zeros(count, bool)
-    is_named[ids] = True
-    return is_named
-
-
-def box_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) low and high corner of the box of (n, 3) points. By columns, because numpy is 20 times as fast so."""
-    return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
 
 
 def sides_that_see_others(vertices: np.ndarray, faces: np.ndarray) -> str:

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.closed_meshes import RED, leak_map
@@ -226,7 +227,7 @@ def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> 
 def times_per_ray(on: Placed, count: int) -> list[float]:
     """Nanoseconds of ``scene.intersect`` per ray, of ``BURST`` runs: random rays from inside a closed mesh."""
     rng, dtype = np.random.default_rng(5), runtime.dtype()
-    low, high = on.vertices.min(axis=0), on.vertices.max(axis=0)
+    low, high = box_of(on.vertices)
     origins = (low + (high - low) * rng.uniform(0.3, 0.7, (count, 3))).astype(dtype)
     directions = rng.normal(size=(count, 3)).astype(dtype)
     on.scene.intersect(origins, directions)  # compiles

@@ -5,7 +5,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.formulas.convexity import MOST_DISTANCES, box_of, named, sides_that_see_others
+from taichi_tracer.formulas.convexity import MOST_DISTANCES, sides_that_see_others
 
 TETRAHEDRON = (
     np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float),
@@ -75,16 +75,3 @@ def test_rays_that_are_not_traced_would_have_hit_nothing(name, estimator):
     for outside in (True, False):
         assert np.array_equal(pictures["scene", outside], pictures["all", outside])
     assert pictures["scene", True].max() > 0
-
-
-def test_named_numbers_are_those_that_sorting_finds(rng):
-    ids = rng.integers(0, 9, (4, 3))
-    np.testing.assert_array_equal(np.flatnonzero(named(ids, 12)), np.unique(ids))
-    assert not named(np.zeros((0, 3), np.int32), 3).any()
-
-
-def test_a_box_has_the_least_and_the_largest_coordinates(rng):
-    points = rng.normal(size=(20, 3)).astype(np.float32)
-    low, high = box_of(points)
-    assert low.dtype == high.dtype == np.float32
-    np.testing.assert_array_equal([low, high], [points.min(axis=0), points.max(axis=0)])
