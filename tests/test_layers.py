@@ -266,7 +266,6 @@ def parameters_of(function: ast.FunctionDef) -> int:
 
 # Files that have no test file of their own name and that no test imports → what tests them.
 TESTED_THROUGH = {
-    "__main__": "test_packaging",
     "apps.compare": "apps/test_cli",
     "apps.effects": "apps/test_cli",
     "apps.export": "apps/test_cli",
