@@ -90,6 +90,7 @@ def test_the_wheel_knows_its_version_and_what_it_needs(files):
         "tqdm",
         "matplotlib",
         "flip-evaluator",
+        "mapbox-earcut",
     }
 
 

@@ -23,7 +23,7 @@ from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError
 
 VARIABLE = "TAICHI_TRACER_PATCHES"  # the environment variable that names the patches that are wanted
-PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator")
+PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator", "mapbox-earcut")
 # Modules that the package does not depend on: module → (what it is for, what installs it)
 EXTRAS = {
     "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),

@@ -1,189 +1,365 @@
-"""What trimesh does not read of glTF files, or not exactly: materials, the samplers of textures, and lights."""
+"""glTF 2.0, as text and as GLB: triangles in all their places, materials with their pictures, and lights.
 
+trimesh has no skins, morphs, instances, texture transforms or second sets of coordinates, and rounds colours to 8 bits.
+"""
+
+import base64
+import io
 import json
+import math
 import struct
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
-from taichi_tracer.files import gltf_checks
-from taichi_tracer.files.gltf_checks import FAN, LIGHTS, STRENGTH, STRIP, TRIANGLES, WHOLE
+from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.files.srgb import linear_from_srgb
+from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import inverse_of
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, METALLIC, Texture
 
-GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
-GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
-LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
-USED = {"map_Kd": "baseColorTexture", "map_layer": "metallicRoughnessTexture"}  # textures: ours, and glTF's names
-GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
-FAN_MARK = "_FAN"  # an attribute of the vertices of a part that was a fan, see ``_as_trimesh_reads``
-USUAL_CONE = np.pi / 4  # of a spot
+LIGHTS = "KHR_lights_punctual"
+STRENGTH = "KHR_materials_emissive_strength"
+UNLIT = "KHR_materials_unlit"
+TRANSFORM = "KHR_texture_transform"
+QUANTIZED = "KHR_mesh_quantization"
+INSTANCING = "EXT_mesh_gpu_instancing"
+READ = (LIGHTS, STRENGTH, UNLIT, TRANSFORM, QUANTIZED, INSTANCING)
+
+GLB_HEADER, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<II")  # magic, version, length; length and type
+TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # of a componentType
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of primitives with triangles
+MOST_ROWS = 1 << 27  # of an accessor without a buffer view, which is made of zeros
+LEAST_ALPHA = 1e-6  # of a material; it counts as a mirror
+USUAL_CUTOFF = 0.5
+COLOUR, LAYER = "baseColorTexture", "metallicRoughnessTexture"
+WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+USUAL_CONE = math.pi / 4  # of a spot
+
+TRS = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}  # of instances, and of nodes
+
+Placed = list[tuple[Mesh, np.ndarray]]
+Place = tuple[int, tuple, float, tuple]  # the set of coordinates of a picture; its offset, rotation and scale
+NO_PLACE: Place = (0, (0.0, 0.0), 0.0, (1, 1))
 
 
-def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[tuple[str, dict]]]:
-    """The content of a glTF file with its materials renamed to 0, 1, 2 …; these materials; and its lights.
-
-    Both are read here, because trimesh rounds base colours to 8 bits, and reads neither KHR_materials_emissive_strength
-    nor lights. The materials are renamed, because several of a file may have the same name.
-
-    Args:
-        notes: gets a line for everything that is not used.
-    """
-    is_binary = raw[:4] == b"glTF"
-    start, rest = 0, b""
-    if is_binary:
-        _, version, _, length, _ = GLB_HEADER.unpack_from(raw)
-        start, rest = GLB_HEADER.size, raw[GLB_HEADER.size + length :]
-    content = json.loads(raw[start : len(raw) - len(rest)])
-    gltf_checks.check(content, is_binary)
-    looks = content.get("materials", [])
-    parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
-    if others := sum(part.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) for part in parts):
-        notes.append(f"points and lines are not read: {others} of {len(parts)} parts are left out")
-    has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
-    materials = [
-        replace(
-            _material(look, has_colors),
-            map_d=_empty_opacity(look, content),
-            **{key: _empty_texture(look, name, content) for key, name in USED.items()},
-        )
-        for look in looks
-    ]
-    for number, look in enumerate(looks):
-        if others := [name for name in _names_of_textures(look) if name not in USED.values()]:
-            notes.append(f"material {look.get('name', number)!r}: textures are not used: {', '.join(others)}")
-    for number, look in enumerate(looks):
-        look["name"] = str(number)
-    lights = _lights(content, notes)
-    if count := _without_whole_coordinates(content, parts):
-        notes.append(f"texture coordinates of whole numbers are not read: {count} of {len(parts)} parts have none")
-    _as_trimesh_reads(content, parts)
-    text = json.dumps(content).encode()
-    if not is_binary:
-        return text, materials, lights
-    text += b" " * (-len(text) % 4)
-    total = GLB_HEADER.size + len(text) + len(rest)
-    return GLB_HEADER.pack(b"glTF", version, total, len(text), GLB_JSON) + text + rest, materials, lights
-
-
-def _as_trimesh_reads(content: dict, parts: list[dict]) -> None:
-    """Change what trimesh reads in another way than glTF means it.
-
-    A fan is skipped: it becomes a strip, from whose triangles ``fan_of`` makes those of the fan. Siblings are taken
-    from the last to the first. A node with a camera gets no place, and so nothing below it has one.
-    """
-    for part in parts:
-        if part.get("mode") == FAN:
-            part["mode"], part["attributes"][FAN_MARK] = STRIP, part["attributes"]["POSITION"]
-    for scene in content.get("scenes", []):
-        scene["nodes"] = scene.get("nodes", [])[::-1]
-    for node in content.get("nodes", []):
-        node["children"] = node.get("children", [])[::-1]
-        node.pop("camera", None)
-
-
-def _without_whole_coordinates(content: dict, parts: list[dict]) -> int:
-    """Take away texture coordinates that are normalised whole numbers, which trimesh does not scale; how many parts."""
-    count = 0
-    for part in parts:
-        number = part["attributes"].get("TEXCOORD_0")
-        if number is not None and content["accessors"][number]["componentType"] in WHOLE:
-            del part["attributes"]["TEXCOORD_0"]
-            count += 1
-    return count
-
-
-def fan_of(strip: np.ndarray) -> np.ndarray:
-    """(F, 3) triangles of the fan whose vertices have the same order as those of a strip (glTF 2.0, section 3.7.2.1).
+def read_gltf(raw: bytes, path: Path, notes: list[str]) -> tuple[Placed, list[tuple[str, dict]]]:
+    """The meshes of a file with their (4, 4) transforms, a mesh in several places once for each; and its lights.
 
     Args:
-        strip: (F, 3) triangles of the strip; every second one is turned round.
+        notes: gets a line for everything that changes the picture and is not read.
     """
-    last = np.where(np.arange(len(strip)) % 2 == 0, strip[:, 2], strip[:, 0])
-    vertices = np.concatenate([strip[:1, :2].ravel(), last])
-    return np.stack([vertices[1:-1], vertices[2:], np.full(len(strip), vertices[:1])], axis=1)
+    content, buffer = json_of(raw)
+    return Gltf(content, buffer, path, notes).read()
 
 
-def _material(look: dict, has_colors: bool) -> Material:
-    """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
+def json_of(raw: bytes) -> tuple[dict, bytes | None]:
+    """The JSON of a file, and the buffer that stands in it if it is a GLB."""
+    if raw[:4] != b"glTF":
+        return json.loads(raw), None
+    chunks, at = [], GLB_HEADER.size
+    while at < len(raw):
+        length, _ = GLB_CHUNK.unpack_from(raw, at)
+        chunks.append(raw[at + GLB_CHUNK.size : at + GLB_CHUNK.size + length])
+        if len(chunks[-1]) < length:
+            raise InputError(f"the file is cut short: a chunk of {length} bytes has {len(chunks[-1])}")
+        at += GLB_CHUNK.size + length
+    return json.loads(chunks[0]), chunks[1] if len(chunks) > 1 else None
 
-    All colours are linear. A material without ``pbrMetallicRoughness`` is diffuse.
 
-    Args:
-        has_colors: whether vertices of the file have colours, by which base colours are multiplied.
+class Gltf:
+    """One file while it is read.
+
+    Attributes:
+        content: its JSON. buffer: the binary chunk of a GLB, or None. path: the file. notes: what is not read.
     """
-    values = look.get("pbrMetallicRoughness")
-    base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
-    rough: dict = {"Kd": tuple(base.tolist())}
-    is_unlit, is_in_picture = "KHR_materials_unlit" in extensions(look), USED["map_layer"] in (values or {})
-    if values is not None and not is_unlit:
-        metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
-        alpha = max(roughness**2, LEAST_ALPHA)
-        rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
-        rough = {name: tuple(color.tolist()) for name, color in rough.items()}
-        share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
-        extra = {} if metal == 1 and not is_in_picture else {LAYERED: (1.0,)}
-        if metal > 0 and (has_colors or "baseColorTexture" in values):
-            extra[METALLIC] = tuple(share.tolist())
-        if is_in_picture:
-            extra |= {METALLIC: (metal,) * 3, BASE: tuple(base.tolist())}
-        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
-    strength = extensions(look).get(STRENGTH, {}).get("emissiveStrength", 1.0)
-    return Material(
-        name=str(look.get("name") or "default"),
-        **rough,
-        Ke=tuple(float(strength * c) for c in look.get("emissiveFactor", (0.0, 0.0, 0.0))),
-    )
 
+    def __init__(self, content: Any, buffer: bytes | None, path: Path, notes: list[str]) -> None:
+        if not isinstance(content, dict):
+            raise InputError(f"an object is needed, not {content!r:.40}")
+        self.content, self.buffer, self.path, self.notes = content, buffer, path, notes
+        self.known: dict[Any, Any] = {}  # buffers, materials and primitives that were read
 
-def extensions(part: dict) -> dict:
-    """The extensions of a part of a glTF file."""
-    return part.get("extensions", {})
+    def read(self) -> tuple[Placed, list[tuple[str, dict]]]:
+        """As for ``read_gltf``."""
+        used = dict.fromkeys([*self.content.get("extensionsUsed", []), *extensions_in(self.content)])
+        for name in self.content.get("extensionsRequired", []):
+            if name not in READ:
+                raise InputError(f"it needs the extension {name}, which is not read: export it without")
+        self.notes += [f"the extension {name} is not read" for name in used if name not in READ]
+        if self.content.get("animations"):
+            self.notes.append("animations are not read: the pose is that of the nodes")
+        placed, lights = [], []
+        for node, matrix in self.nodes():
+            if "mesh" in node:
+                matrices = self.instances(node, matrix)
+                placed += [(part, one) for part in self.parts(node) for one in matrices]
+            if LIGHTS in extensions(node):
+                lights += self.light(extensions(node)[LIGHTS]["light"], matrix)
+        self.notes[:] = dict.fromkeys(self.notes)
+        return placed, lights
 
+    def entry(self, name: str, number: Any) -> Any:
+        """The entry of a list of the file, by its number."""
+        entries = self.content.get(name, [])
+        if not isinstance(number, int) or not 0 <= number < len(entries):
+            raise InputError(f"{name}[{number}] is needed, and the file has {len(entries)} {name}, counted from 0")
+        return entries[number]
 
-def _empty_texture(look: dict, name: str, content: dict) -> Texture | None:
-    """A texture of a glTF material, still white; its sampler says what lies beyond the picture."""
-    place = look.get("pbrMetallicRoughness", {}).get(name)
-    if place is None:
-        return None
-    of = _at(content, "samplers", _at(content, "textures", place.get("index")).get("sampler"))
-    wrap = tuple(GLTF_WRAPS.get(of.get(name), "repeat") for name in ("wrapS", "wrapT"))
-    return Texture(np.ones((1, 1, 3), np.float32), wrap, look.get("name", ""))
+    # ── arrays ──
 
+    def bytes_at(self, uri: str) -> bytes:
+        """What a URI names: a file beside this one, or the data in it."""
+        if uri.startswith("data:"):
+            head, _, data = uri.partition(",")
+            return base64.b64decode(unquote_to_bytes(data)) if head.endswith(";base64") else unquote_to_bytes(data)
+        return read_bytes(self.path.parent / unquote(uri))
 
-def _empty_opacity(look: dict, content: dict) -> Texture | None:
-    """The texture that cuts holes into a glTF material; as yet, it has what its alpha is to be multiplied with.
+    def view(self, number: int) -> tuple[memoryview, int]:
+        """The bytes of a buffer view, and its stride; 0 for none."""
+        view = self.entry("bufferViews", number)
+        if (index := view["buffer"]) not in self.known:
+            uri = self.entry("buffers", index).get("uri")
+            self.known[index] = self.buffer if uri is None else self.bytes_at(uri)
+        start = view.get("byteOffset", 0)
+        found = memoryview(self.known[index] or b"")[start : start + view["byteLength"]]
+        if len(found) < view["byteLength"] or start < 0:
+            raise InputError(f"bufferViews[{number}]: a buffer is shorter than it says")
+        return found, view.get("byteStride", 0)
 
-    A point is a hole where the alpha of the base colour, times that of its factor, is less than ``alphaCutoff``.
-    """
-    texture, cutoff = _empty_texture(look, USED["map_Kd"], content), look.get("alphaCutoff", 0.5)
-    if texture is None or look.get("alphaMode") != "MASK" or cutoff <= 0:
-        return None
-    factor = (*look["pbrMetallicRoughness"].get("baseColorFactor", ()), 1.0, 1.0, 1.0, 1.0)[3]
-    return replace(texture, pixels=texture.pixels * np.float32(0.5 * factor / cutoff))
+    def rows(self, view: int, offset: int, kind: str, width: int, count: int) -> np.ndarray:
+        """(count, width) numbers of a buffer view."""
+        data, stride = self.view(view)
+        size = np.dtype(kind).itemsize
+        return np.ndarray((count, width), kind, data, offset, (stride or size * width, size))
 
+    def array(self, number: int, is_share: bool = False) -> np.ndarray:
+        """(n, width) the numbers of an accessor, in float64 where they are normalised or floating point.
 
-def _at(content: dict, name: str, index: int | None) -> dict:
-    """An entry of one of the lists of a glTF file; empty if there is none."""
-    entries = content.get(name, [])
-    return entries[index] if isinstance(index, int) and 0 <= index < len(entries) else {}
+        Args:
+            is_share: whether integers are always normalised, as for texture coordinates and colours.
+        """
+        accessor = self.entry("accessors", number)
+        try:
+            kind, width, count = TYPES[accessor["componentType"]], WIDTHS[accessor["type"]], accessor["count"]
+            if "bufferView" in accessor:
+                found = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, width, count)
+            else:
+                found = np.zeros((min(count, MOST_ROWS), width), kind)
+            if "sparse" in accessor:
+                of, by = accessor["sparse"]["values"], accessor["sparse"]["indices"]
+                count, place = accessor["sparse"]["count"], TYPES[by["componentType"]]
+                ids = self.rows(by["bufferView"], by.get("byteOffset", 0), place, 1, count).ravel()
+                found = found.copy()
+                found[ids] = self.rows(of["bufferView"], of.get("byteOffset", 0), kind, width, count)
+        except (LookupError, TypeError, ValueError) as error:
+            reason = f"{error} is missing or unknown" if isinstance(error, KeyError) else error
+            raise InputError(f"accessors[{number}] cannot be read: {reason}") from None
+        if found.dtype.kind == "f":
+            return found.astype(np.float64)
+        if accessor.get("normalized", is_share and QUANTIZED not in self.content.get("extensionsUsed", [])):
+            return np.maximum(found / np.iinfo(found.dtype).max, -1.0)
+        return found.astype(np.int64)
 
+    # ── places ──
 
-def _names_of_textures(look: dict) -> list[str]:
-    """The kinds of pictures that a glTF material has."""
-    return [name for part in (look, look.get("pbrMetallicRoughness", {})) for name in part if name.endswith("Texture")]
+    def nodes(self) -> Iterator[tuple[dict, np.ndarray]]:
+        """Every node of the scene that is shown, and its (4, 4) matrix to world space; each node once."""
+        nodes, scenes = self.content.get("nodes", []), self.content.get("scenes", [])
+        roots = self.entry("scenes", self.content.get("scene", 0)).get("nodes", []) if scenes else range(len(nodes))
+        waiting, seen = list(reversed(roots)), set()
+        while waiting:
+            number = waiting.pop()
+            if number not in seen:
+                seen.add(number)
+                yield self.entry("nodes", number), self.to_world(number)
+                waiting += reversed(nodes[number].get("children", []))
 
+    def to_world(self, number: int) -> np.ndarray:
+        """(4, 4) from a node to the world."""
+        if "parents" not in self.known:
+            nodes = enumerate(self.content.get("nodes", []))
+            self.known["parents"] = {child: k for k, node in nodes for child in node.get("children", [])}
+        matrix, above = _matrix(self.entry("nodes", number)), [number]
+        while (parent := self.known["parents"].get(above[-1])) is not None and parent not in above:
+            above.append(parent)
+            matrix = _matrix(self.entry("nodes", parent)) @ matrix
+        return matrix
 
-def _lights(content: dict, notes: list[str]) -> list[tuple[str, dict]]:
-    """(name, arguments) of the lights of KHR_lights_punctual, each in the place of its node; they shine along −z."""
-    known, found = extensions(content).get(LIGHTS, {}).get("lights", []), []
-    for node, matrix in _placed_nodes(content):
-        if LIGHTS not in extensions(node):
-            continue
-        light = known[extensions(node)[LIGHTS]["light"]]
+    def instances(self, node: dict, matrix: np.ndarray) -> list[np.ndarray]:
+        """The (4, 4) matrices of the places of a node's mesh; that of a skin is where its joints are."""
+        if "skin" in node:
+            return [np.eye(4)]
+        given = extensions(node).get(INSTANCING, {}).get("attributes", {})
+        names = [name for name in TRS if name in given]
+        columns = [self.array(given[name]).tolist() for name in names]
+        rows = [{TRS[name]: one for name, one in zip(names, row, strict=True)} for row in zip(*columns, strict=True)]
+        return [matrix @ _matrix(row) for row in rows] if names else [matrix]
+
+    def joints(self, number: int) -> np.ndarray:
+        """(J, 4, 4) from a mesh to the world by each joint of a skin."""
+        skin = self.entry("skins", number)
+        places = np.array([self.to_world(joint) for joint in skin["joints"]])
+        if "inverseBindMatrices" in skin:
+            places = (
+                places @ self.array(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)[: len(places)]
+            )
+        return places
+
+    # ── triangles ──
+
+    def parts(self, node: dict) -> Iterator[Mesh]:
+        """The primitives of a node's mesh that have triangles; the same object where nothing is different."""
+        mesh = self.entry("meshes", node["mesh"])
+        weights = tuple(node.get("weights", mesh.get("weights", ())))
+        for number, primitive in enumerate(mesh["primitives"]):
+            key = node["mesh"], number, weights, node.get("skin")
+            if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
+                self.notes.append("points and lines are not read")
+                continue
+            if key not in self.known:
+                self.known[key] = self.part(primitive, weights, node.get("skin"))
+            yield self.known[key]
+
+    def part(self, primitive: dict, weights: tuple, skin: int | None) -> Mesh:
+        """A primitive, with the morphs of the weights and the pose of the skin."""
+        attributes = primitive["attributes"]
+        arrays = {name: self.array(attributes[name]) for name in ("POSITION", "NORMAL") if name in attributes}
+        for weight, target in zip(weights, primitive.get("targets", []), strict=False):
+            arrays |= {name: arrays[name] + weight * self.array(target[name]) for name in arrays if name in target}
+        if skin is not None:
+            arrays = self.posed(arrays, attributes, self.joints(skin))
+        points = arrays["POSITION"].astype(np.float64)
+        ids = self.array(primitive["indices"]).ravel() if "indices" in primitive else np.arange(len(points))
+        if ids.dtype.kind == "f":
+            raise InputError("indices must be whole numbers")
+        part = Mesh(points, triangles_of(ids, primitive.get("mode", TRIANGLES)), source=str(self.path))
+        check(part)
+        if "NORMAL" in arrays:
+            part.normals, part.face_normals = arrays["NORMAL"].astype(np.float64), part.faces
+        material, place = self.material(primitive.get("material"), "COLOR_0" in attributes)
+        if "COLOR_0" in attributes:
+            colors = np.clip(np.nan_to_num(self.array(attributes["COLOR_0"], is_share=True)), 0, 1)
+            part.corner_color = colors[:, :3][part.faces]
+            if colors[:, 3:].min(initial=1) < 1:
+                self.notes.append("the alpha of the colours of vertices is not read")
+            if material == Material():
+                material = Material(Kd=(1.0, 1.0, 1.0))
+        if material.textures:
+            part.corner_uv = self.coordinates(attributes, place, len(points))[part.faces]
+        part.materials = [material]
+        return part
+
+    def posed(self, arrays: dict, attributes: dict, joints: np.ndarray) -> dict:
+        """Positions Σ wⱼ Mⱼ x, and normals by the inverse transpose of Σ wⱼ Mⱼ (glTF 2.0, section 3.7.3.3)."""
+        total, k = np.zeros((len(arrays["POSITION"]), 4, 4)), 0
+        while f"JOINTS_{k}" in attributes:
+            ids, weights = (self.array(attributes[f"{name}_{k}"], name == "WEIGHTS") for name in ("JOINTS", "WEIGHTS"))
+            total += np.einsum("nk,nkij->nij", weights, joints[ids])
+            k += 1
+        sum_of_weights = total[:, 3:, 3:]
+        is_posed = sum_of_weights > 0
+        matrix = np.where(is_posed, total / np.where(is_posed, sum_of_weights, 1), np.eye(4))
+        found = {"POSITION": np.einsum("nij,nj->ni", matrix[:, :3, :3], arrays["POSITION"]) + matrix[:, :3, 3]}
+        if "NORMAL" in arrays:
+            found["NORMAL"] = np.einsum("nji,nj->ni", inverse_of(matrix[:, :3, :3]), arrays["NORMAL"])
+        return found
+
+    def coordinates(self, attributes: dict, place: Place, count: int) -> np.ndarray:
+        """(count, 2) texture coordinates from the bottom left, transformed as KHR_texture_transform says."""
+        number, offset, rotation, scale = place
+        if f"TEXCOORD_{number}" not in attributes:
+            return np.zeros((count, 2))
+        u, v = (self.array(attributes[f"TEXCOORD_{number}"], is_share=True) * scale).T
+        cos, sin = math.cos(rotation), math.sin(rotation)  # v points downwards: counter-clockwise is from v to u
+        return np.stack([cos * u + sin * v + offset[0], 1 - (cos * v - sin * u + offset[1])], axis=1)
+
+    # ── materials ──
+
+    def material(self, number: int | None, has_colors: bool) -> tuple[Material, Place]:
+        """A material, and the place of its pictures."""
+        if number is None:
+            return Material(), NO_PLACE
+        if (number, has_colors) not in self.known:
+            self.known[number, has_colors] = self.with_textures(self.entry("materials", number), number, has_colors)
+        return self.known[number, has_colors]
+
+    def with_textures(self, look: dict, number: int, has_colors: bool) -> tuple[Material, Place]:
+        """A material with its pictures, and their place; what they cannot have is a note."""
+        values, name = look.get("pbrMetallicRoughness", {}), look.get("name", number)
+        used = {one: place_of(values[one]) for one in (COLOUR, LAYER) if one in values}
+        others = [one for part in (look, values) for one in part if one.endswith("Texture") and one not in used]
+        if others:
+            self.notes.append(f"material {name!r}: textures are not used: {', '.join(others)}")
+        place = next(iter(used.values()), NO_PLACE)
+        pictures = {one: self.picture(values[one]["index"]) for one in used if used[one] == place}
+        for one in used:
+            if one not in pictures:
+                self.notes.append(f"material {name!r}: {one} is not used: its coordinates are not those of {COLOUR}")
+            elif pictures[one] is None:
+                self.notes.append(f"the {one} of material {name!r} cannot be read, and is not used")
+        material, found = material_of(look, has_colors), {one: of for one, of in pictures.items() if of is not None}
+        if LAYER in used and LAYER not in found:  # nothing is known of the layer
+            base = material.value(BASE, material.Kd)
+            material = replace(material, Kd=base, F0=(0.0,) * 3, alpha_x=0.0, alpha_y=0.0, extra={})
+        textures = {"map_Kd": found[COLOUR][0]} if COLOUR in found else {}
+        textures |= {"map_layer": found[LAYER][1]} if LAYER in found else {}
+        return replace(material, **textures, map_d=self.opacity(look, found.get(COLOUR))), place
+
+    def opacity(self, look: dict, picture: tuple | None) -> Texture | None:
+        """The texture with holes where alpha is below the cutoff: alpha is scaled so that the cutoff becomes 1/2."""
+        mode, factor = look.get("alphaMode", "OPAQUE"), look.get("pbrMetallicRoughness", {}).get("baseColorFactor", ())
+        cutoff = look.get("alphaCutoff", USUAL_CUTOFF) if mode == "MASK" else USUAL_CUTOFF
+        white = Texture(np.ones((1, 1, 3), np.float32))
+        alpha = picture[2] if picture else white
+        alpha = replace(alpha, pixels=alpha.pixels * np.float32((*factor, 1.0)[3] if len(factor) > 2 else 1.0))
+        if mode == "OPAQUE" or cutoff <= 0 or alpha.pixels.min() >= max(1, cutoff):
+            return None
+        if mode == "BLEND":
+            self.notes.append(f"alphaMode BLEND is not read: surfaces with alpha below {USUAL_CUTOFF} are holes")
+        return replace(alpha, pixels=alpha.pixels * np.float32(0.5 / cutoff))
+
+    def picture(self, number: int) -> tuple[Texture, Texture, Texture] | None:
+        """The picture of a texture: as colours in sRGB, as plain numbers, and its alpha. None: it cannot be read."""
+        from PIL import Image
+
+        if ("picture", number) not in self.known:
+            try:
+                texture = self.entry("textures", number)
+                image = self.entry("images", texture["source"])
+                data = self.bytes_at(image["uri"]) if "uri" in image else bytes(self.view(image["bufferView"])[0])
+                with Image.open(io.BytesIO(data)) as opened:
+                    steps = 65535 if opened.mode.startswith("I") else 255
+                    pixels = opened if steps == 65535 else opened.convert("RGBA")
+                    pixels = np.asarray(pixels, np.float32).reshape(opened.height, opened.width, -1) / np.float32(steps)
+            except (InputError, LookupError, OSError, ValueError, TypeError):
+                self.known["picture", number] = None
+                return None
+            sampler = self.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
+            wrap = tuple(WRAPS.get(sampler.get(name), "repeat") for name in ("wrapS", "wrapT"))
+            rgb, alpha = (np.broadcast_to(one, (*one.shape[:2], 3)) for one in (pixels[..., :3], pixels[..., -1:]))
+            colours = linear_from_srgb(rgb).astype(np.float32)
+            alpha = alpha if pixels.shape[2] == 4 else np.ones_like(rgb)
+            self.known["picture", number] = tuple(Texture(one, wrap) for one in (colours, rgb, alpha))
+        return self.known["picture", number]
+
+    # ── lights ──
+
+    def light(self, number: int, matrix: np.ndarray) -> list[tuple[str, dict]]:
+        """(name, arguments) of a light of KHR_lights_punctual in its place; it shines along −z."""
+        known = extensions(self.content)[LIGHTS]["lights"]
+        if not isinstance(number, int) or not 0 <= number < len(known):
+            raise InputError(f"the light {number} is needed, and the file has {len(known)} lights, counted from 0")
+        light = known[number]
         name = light.get("name", light.get("type"))
         direction, position = -matrix[:3, 2], matrix[:3, 3]
         color = light.get("intensity", 1.0) * np.array(light.get("color", (1.0, 1.0, 1.0)), float)
@@ -196,27 +372,74 @@ def _lights(content: dict, notes: list[str]) -> list[tuple[str, dict]]:
             | {"cutoff": float(np.degrees(outer)), "falloff": float(np.degrees(inner))},
         }
         if "range" in light:
-            notes.append(f"light {name!r}: its range is not used, so that it shines farther")
+            self.notes.append(f"light {name!r}: its range is not used, so that it shines farther")
         if light.get("type") not in of_kind or not direction.any():
-            notes.append(f"light {name!r} is not used: its type or its place is unknown")
-        else:
-            found.append((light["type"], of_kind[light["type"]]))
-    return found
+            self.notes.append(f"light {name!r} is not used: its type or its place is unknown")
+            return []
+        return [(light["type"], of_kind[light["type"]])]
 
 
-def _placed_nodes(content: dict) -> Iterator[tuple[dict, np.ndarray]]:
-    """Every node of the scene that is shown, and its (4, 4) matrix to world space; each node once."""
-    nodes, scenes = content.get("nodes", []), content.get("scenes", [])
-    roots = scenes[content.get("scene", 0)].get("nodes", []) if scenes else list(range(len(nodes)))
-    waiting, seen = [(number, np.eye(4)) for number in reversed(roots)], set()
-    while waiting:
-        number, above = waiting.pop()
-        if number in seen:
-            continue
-        seen.add(number)
-        matrix = above @ _matrix(nodes[number])
-        yield nodes[number], matrix
-        waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
+def extensions(part: dict) -> dict:
+    """The extensions of a part of a file."""
+    return part.get("extensions", {})
+
+
+def extensions_in(part: Any) -> Iterator[str]:
+    """The names of all extensions within a part of a file."""
+    if isinstance(part, dict):
+        yield from extensions(part)
+    if isinstance(part, (dict, list)):
+        for inner in part.values() if isinstance(part, dict) else part:
+            yield from extensions_in(inner)
+
+
+def place_of(info: dict) -> Place:
+    """The set of coordinates of a picture, and how they are transformed."""
+    given = extensions(info).get(TRANSFORM, {})
+    number = given.get("texCoord", info.get("texCoord", 0))
+    return number, tuple(given.get("offset", (0.0, 0.0))), given.get("rotation", 0.0), tuple(given.get("scale", (1, 1)))
+
+
+def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:
+    """(F, 3) the vertex ids of triangles, of a strip or of a fan (glTF 2.0, section 3.7.2.1)."""
+    if mode == TRIANGLES:
+        return ids.reshape(-1, 3)
+    k = np.arange(len(ids) - 2)
+    if mode == FAN:
+        return np.stack([ids[k + 1], ids[k + 2], ids[0 * k]], axis=1)
+    return np.stack([ids[k], ids[k + 1 + k % 2], ids[k + 2 - k % 2]], axis=1)
+
+
+def material_of(look: dict, has_colors: bool) -> Material:
+    """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
+
+    All colours are linear. A material without ``pbrMetallicRoughness`` is diffuse.
+
+    Args:
+        has_colors: whether its vertices have colours, by which the base colour is multiplied.
+    """
+    values, strength = look.get("pbrMetallicRoughness"), extensions(look).get(STRENGTH, {})
+    for name, value in {**look, **(values or {}), **strength}.items():
+        if name.endswith(("Factor", "Cutoff", "Strength")):
+            most = 1.0 if name in ("metallicFactor", "roughnessFactor") else np.finfo(np.float32).max
+            if not ((np.asarray(value, float) >= 0) & (np.asarray(value, float) <= most)).all():
+                raise InputError(f"material {look.get('name')!r}: {name} must be from 0 to {most:g}, not {value}")
+    base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
+    rough: dict = {"Kd": tuple(base.tolist())}
+    if values is not None and UNLIT not in extensions(look):
+        metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
+        alpha = max(roughness**2, LEAST_ALPHA)
+        rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
+        rough = {name: tuple(color.tolist()) for name, color in rough.items()}
+        share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
+        extra = {} if metal == 1 and LAYER not in values else {LAYERED: (1.0,)}
+        if metal > 0 and (has_colors or COLOUR in values):
+            extra[METALLIC] = tuple(share.tolist())
+        if LAYER in values:
+            extra |= {METALLIC: (metal,) * 3, BASE: tuple(base.tolist())}
+        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
+    Ke = strength.get("emissiveStrength", 1.0) * np.array(look.get("emissiveFactor", (0.0, 0.0, 0.0)), float)
+    return Material(name=str(look.get("name") or "default"), **rough, Ke=tuple(Ke.tolist()))
 
 
 def _matrix(node: dict) -> np.ndarray:

@@ -1,123 +1,109 @@
-"""Meshes that the library trimesh reads (PLY, STL, glTF, OFF), and trimesh's own objects."""
+"""Meshes of PLY, STL, OFF and glTF files, and trimesh's own objects."""
 
-import io
 import re
-import struct
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.disk import check_is_file, read_bytes
-from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
-from taichi_tracer.files.ply import plain_triangles, without_strips
+from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.files.gltf import read_gltf
+from taichi_tracer.files.ply import read_ply
+from taichi_tracer.files.polygons import triangulate
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.instances import FEW_COPIES, Instances, group
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import joined, move
+from taichi_tracer.mesh_parts import joined, move, with_common_materials
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import BASE, Texture
+from taichi_tracer.textures import Texture
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
-STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
-OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
-COLOURS_NOT_USED = "colours are not used"
-REASONS = {AssertionError: "a buffer is shorter than it says", RecursionError: "it is nested too deeply"}
-LONGEST_REASON = 200  # characters of trimesh's own message that are shown
+STL_START, STL_TRIANGLE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+STL_VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
+OFF_START = re.compile(rb"\s*([A-Z]*OFF)", re.IGNORECASE)
+REASONS = {RecursionError: "it is nested too deeply", MemoryError: "it is too large"}
+LONGEST_REASON = 200  # characters of a library's own message that are shown
 
 
 def read_mesh(path: str | Path) -> Mesh:
     """Read a PLY, STL, GLB, glTF or OFF file. Vertex normals are read from the file and never computed.
 
     Raises:
-        InputError: the file is damaged, or trimesh finds no triangles in it.
+        InputError: the file is damaged, or has no triangles.
     """
     path = Path(path)
-    raw = read_bytes(path)
-    kind = path.suffix[1:].lower()
-    plain = plain_triangles(raw) if kind == "ply" else None
-    if plain is not None:
-        return Mesh(*plain, source=str(path))
-    materials: list[Material] = []
+    raw, kind = read_bytes(path), path.suffix[1:].lower()
     lights: list[tuple[str, dict]] = []
     notes: list[str] = []
     try:
         if not raw.strip():
             raise InputError("the file is empty")
         if kind in ("glb", "gltf"):
-            raw, materials, lights = numbered(raw, notes)
-        if kind == "ply":
-            raw = without_strips(raw)
-        announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
-        parts = _placed(_load(raw, path))
-        if kind == "off" and _has_colours(raw):
-            notes.append(COLOURS_NOT_USED)
-    except Exception as error:  # trimesh passes on all kinds of errors
-        reason = " ".join(str(error).split()) or REASONS.get(type(error), type(error).__name__)
-        if "unexpected length" in reason:  # in a binary PLY, trimesh gives all polygons the size of the first
-            reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
-        raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})") from None
-    told = [f"{path}: {note}" for note in notes]
-    mesh = _assemble(parts, str(path), materials, told, is_linear=kind in ("glb", "gltf"))
-    mesh.lights = lights
-    if len(mesh.faces) < announced:
-        raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
+            placed, lights = read_gltf(raw, path, notes)
+        else:
+            part = READERS[kind](raw, path, notes)
+            check(part)
+            placed = [(part, np.eye(4))]
+    except Exception as error:  # damaged files make all kinds of errors
+        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = f"{REASONS[type(error)]}" if type(error) in REASONS else reason
+        reason = f"{reason} is missing" if isinstance(error, KeyError) else reason
+        text = f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})"
+        raise InputError(reason if reason.startswith(f"{path}: ") else text) from None
+    mesh = assemble(placed, str(path))
+    mesh.notes, mesh.lights = [f"{path}: {note}" for note in notes], lights
     if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
     return mesh
 
 
-def _announced_by_stl(raw: bytes) -> int:
-    """The number of triangles in the header of a binary STL, 0 for a text; trimesh would guess missing triangles."""
-    is_text = raw.lstrip()[:5].lower() == b"solid"
-    if len(raw) >= STL_HEADER + 4:
-        (count,) = struct.unpack_from("<I", raw, STL_HEADER)
-        if len(raw) >= STL_HEADER + 4 + count * STL_TRIANGLE:
-            return count
-        if not is_text:
-            raise InputError(f"the file is cut short: it announces {count} triangles")
-    if not is_text:
-        raise InputError("the file is too short for a header")
-    if b"endsolid" not in raw.lower():
-        raise InputError("the file is cut short: endsolid is missing")
-    return 0
+def _read_stl(raw: bytes, path: Path, notes: list[str]) -> Mesh:
+    """A binary STL, whose length says so, or a text."""
+    count = int.from_bytes(raw[STL_START - 4 : STL_START], "little")
+    rest = len(raw) - STL_START - count * STL_TRIANGLE.itemsize
+    if raw.lstrip()[:5].lower() == b"solid" and (rest < 0 or len(raw) < STL_START):
+        text, mark, after = raw.lower().rpartition(b"endsolid")
+        if not mark:
+            raise InputError("the file is cut short: endsolid is missing")
+        if after.partition(b"\n")[2].strip():
+            notes.append("what stands after endsolid is not read")
+        corners = np.array(STL_VERTEX.findall(text), np.float64).reshape(-1, 3, 3)
+    else:
+        if len(raw) < STL_START or rest < 0:
+            why = f"it announces {count} triangles" if len(raw) >= STL_START else "it is too short for a header"
+            raise InputError(f"the file is cut short: {why}")
+        if rest > 0:
+            notes.append(f"{rest} bytes after the last triangle are not read")
+        corners = np.frombuffer(raw, STL_TRIANGLE, count, STL_START)["corners"]
+    points = corners.reshape(-1, 3).astype(np.float64)
+    return Mesh(points, np.arange(len(points), dtype=np.int32).reshape(-1, 3), source=str(path))
 
 
-def _announced_by_ply(raw: bytes) -> int:
-    """The number of triangles of an ASCII PLY; of a binary PLY, whose length trimesh checks, the number of polygons."""
-    header, _, body = raw.partition(b"end_header")
-    counts = {name: int(count) for name, count in re.findall(rb"^element\s+(\S+)\s+(\d+)", header, re.MULTILINE)}
-    faces = counts.get(b"face", 0)
-    is_plain = re.search(rb"^element\s+face\s+\d+\s+property\s+list\s", header, re.MULTILINE) is not None
-    if b"ascii" not in header or not is_plain:
-        return faces
-    names = list(counts)
-    first = sum(counts[name] for name in names[: names.index(b"face")])
-    rows = [line for line in body.splitlines() if line.strip()][first : first + faces]
+def _read_off(raw: bytes, path: Path, notes: list[str]) -> Mesh:
+    """An OFF file: the counts of vertices and faces, the vertices, and the faces, each with its number of corners."""
+    text = re.sub(rb"#[^\n]*", b"", raw)
+    start = OFF_START.match(text)
+    if start is None:
+        raise InputError("it must begin with OFF")
+    lines = [line.split() for line in text[start.end() :].splitlines() if line.strip()]
+    vertices, faces = (int(word) for word in lines[0][:2])
+    rows = lines[1 + vertices : 1 + vertices + faces]
     if len(rows) < faces:
         raise InputError(f"the file is cut short: it announces {faces} faces and has {len(rows)}")
-    return sum(max(0, int(row.split(None, 1)[0]) - 2) for row in rows)
+    points = np.array([line[:3] for line in lines[1 : 1 + vertices]], np.float64).reshape(-1, 3)
+    polygons = [np.array(row[1 : 1 + int(row[0])], np.int64) for row in rows]
+    if any(len(own) < int(row[0]) or len(own) < 3 for own, row in zip(polygons, rows, strict=True)):
+        raise InputError("a face has fewer corners than it says, or fewer than 3")
+    if b"C" in start[1].upper() or any(len(row) > 1 + len(own) for own, row in zip(polygons, rows, strict=True)):
+        notes.append("colours are not used")
+    ids = np.concatenate([np.zeros(0, np.int64), *polygons])
+    corners, _ = triangulate(points, np.array([len(own) for own in polygons], np.int64), ids)
+    return Mesh(points, ids[corners].astype(np.int32), source=str(path))
 
 
-def _announced_by_off(raw: bytes) -> int:
-    """The number of polygons in the header of an OFF: the second number after the keyword and the comments."""
-    words = re.sub(rb"#[^\n]*", b"", raw[: raw.find(b"\n") + OFF_HEADER]).split()
-    return int(words[2]) if words[0].upper().endswith(b"OFF") else 0
-
-
-def _has_colours(raw: bytes) -> bool:
-    """Whether an OFF file has colours: its keyword begins with C, or the first face has numbers after its vertices."""
-    lines = [line for line in re.sub(rb"#[^\n]*", b"", raw).splitlines() if line.strip()]
-    keyword, *counts = lines[0].split()
-    first_vertex = 1 if counts else 2
-    vertices = int((counts or lines[1].split())[0])
-    face = [float(word) for line in lines[first_vertex + vertices :][:1] for word in line.split()]
-    return keyword.upper().startswith(b"C") or len(face) > 1 + (face or [0])[0]
-
-
-ANNOUNCED = {"stl": _announced_by_stl, "ply": _announced_by_ply, "off": _announced_by_off}
+READERS = {"ply": read_ply, "stl": _read_stl, "off": _read_off}
 
 
 def from_trimesh(mesh_or_scene) -> Mesh:
@@ -128,26 +114,10 @@ def from_trimesh(mesh_or_scene) -> Mesh:
     """
     if not hasattr(mesh_or_scene, "geometry") and not hasattr(mesh_or_scene, "faces"):
         raise InputError(f"mesh: a trimesh.Trimesh or a trimesh.Scene is needed, not {type(mesh_or_scene).__name__}")
-    parts = [(mesh, transform, _normals_were_set(mesh)) for mesh, transform in _placed(mesh_or_scene)]
-    return _assemble(parts, "mesh", None, [])
-
-
-def _load(raw: bytes, path: Path):
-    import trimesh  # takes half a second if scipy is installed
-
-    class Files(trimesh.resolvers.FilePathResolver):
-        """The files that a glTF names."""
-
-        def get(self, name: str) -> bytes:
-            """Their bytes; a pipe would never end."""
-            named = Path(self.parent) / name.strip()
-            if not named.exists():
-                raise InputError(f"it needs the file {name[:LONGEST_REASON]}, which is not beside it")
-            check_is_file(named)
-            return super().get(name)
-
-    resolver = Files(str(path))
-    return trimesh.load(io.BytesIO(raw), path.suffix[1:].lower(), resolver=resolver, process=False, maintain_order=True)
+    placed = _placed(mesh_or_scene)
+    looks: dict[int, Material] = {}  # by the identity of trimesh's material, so that each picture is one texture
+    parts = {id(mesh): _part(mesh, looks) for mesh, _ in placed}
+    return assemble([(parts[id(mesh)], transform) for mesh, transform in placed], "mesh")
 
 
 def _placed(mesh_or_scene) -> list[tuple]:
@@ -169,18 +139,20 @@ def _normals_were_set(mesh) -> bool:
     return not np.array_equal(mesh.vertex_normals, computed)
 
 
-def _part(mesh, source: str, takes_normals: bool = True) -> Mesh:
-    """A ``trimesh.Trimesh`` without its materials.
-
-    Args:
-        source: the file, for messages.
-        takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
-            way that a mesh has normals.
-    """
-    part = Mesh(np.asarray(mesh.vertices, np.float64), _faces(mesh), source=source)
+def _part(mesh, looks: dict[int, Material]) -> Mesh:
+    """A ``trimesh.Trimesh``; ``looks`` has the materials that are known."""
+    part = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64), source="mesh")
     check(part)
-    if takes_normals and "vertex_normals" in mesh._cache:
+    if _normals_were_set(mesh):
         part.normals, part.face_normals = np.asarray(mesh.vertex_normals, np.float64), part.faces
+    look, uv = getattr(mesh.visual, "material", None), getattr(mesh.visual, "uv", None)
+    material = looks.setdefault(id(look), _material(look)) if id(look) not in looks else looks[id(look)]
+    part.corner_color = _corner_colors(mesh)
+    if part.corner_color is not None and material == Material():
+        material = Material(Kd=(1.0, 1.0, 1.0))
+    if material.textures and uv is not None:
+        part.corner_uv = np.asarray(uv, np.float64)[:, :2][part.faces]
+    part.materials = [material]
     return part
 
 
@@ -193,73 +165,41 @@ def _moved(part: Mesh, transform: np.ndarray) -> Mesh:
     return moved
 
 
-def _faces(mesh) -> np.ndarray:
-    """(F, 3) the triangles of a ``trimesh.Trimesh``, which are those of a strip if the file has a fan."""
-    faces = np.asarray(mesh.faces, np.int64)
-    return fan_of(faces) if FAN_MARK in getattr(mesh, "vertex_attributes", {}) else faces
-
-
-def _assemble(
-    placed: list[tuple], source: str, materials: list[Material] | None, notes: list[str], is_linear: bool = False
-) -> Mesh:
-    """One mesh made of all parts, in their order; with ``instances``, if the file has many triangles several times.
+def assemble(placed: list[tuple[Mesh, np.ndarray]], source: str) -> Mesh:
+    """One mesh of all parts, in their order; with ``instances``, if there are many triangles several times.
 
     Args:
-        placed: for each part, a trimesh.Trimesh, its (4, 4) transform, and the other arguments of ``_part``.
-        materials: the materials of the file, by number; None takes those of trimesh.
-        is_linear: whether colours of vertices are linear.
+        placed: each part with its (4, 4) transform; a part in several places is the same object.
     """
-    used: list[Material] = []
-    told: list[str] = []
-    known: dict[int, Material] = {}  # by the identity of trimesh's material: each picture is decoded once
-    parts: dict[int, Mesh] = {}  # by the identity of trimesh's mesh
-    for mesh, _, *rest in placed:
-        if id(mesh) in parts:
-            continue
-        part, look = _part(mesh, source, *rest), getattr(mesh.visual, "material", None)
-        if id(look) not in known:
-            known[id(look)] = _with_textures(_material(mesh.visual, materials), look, told)
-        material = known[id(look)]
-        part.corner_color = _corner_colors(mesh, is_linear)
-        if part.corner_color is not None and material == Material():
-            material = Material(Kd=(1.0, 1.0, 1.0))
-        if material.textures and getattr(mesh.visual, "uv", None) is not None:
-            part.corner_uv = np.asarray(mesh.visual.uv, np.float64)[:, :2][part.faces]
-        if material not in used:
-            used.append(material)
-        part.face_materials = np.full(len(part.faces), used.index(material), np.int32)
-        part.materials = used
-        parts[id(mesh)] = part
-    notes = [*notes, *(f"{source}: {text}" for text in dict.fromkeys(told))]
-    copies = sum(len(mesh.faces) for mesh, *_ in placed) - sum(len(part.faces) for part in parts.values())
+    parts = {id(mesh): mesh for mesh, _ in placed}
+    dressed, materials = with_common_materials(list(parts.values()))
+    parts = dict(zip(parts, dressed, strict=True))
+    copies = sum(len(mesh.faces) for mesh, _ in placed) - sum(len(part.faces) for part in dressed)
     if copies > FEW_COPIES:
-        whole = group([Instances(parts[id(mesh)], transform) for mesh, transform, *_ in placed], source)
-    else:
-        whole = joined([_moved(parts[id(mesh)], transform) for mesh, transform, *_ in placed], used, source)
-    return replace(whole, notes=notes)
+        return group([Instances(parts[id(mesh)], transform) for mesh, transform in placed], source)
+    return joined([_moved(parts[id(mesh)], transform) for mesh, transform in placed], materials, source)
 
 
-def _material(visual, materials: list[Material] | None) -> Material:
-    """A diffuse ``Material``, made of the material that trimesh found for a mesh."""
-    look = getattr(visual, "material", None)
-    if look is None or materials == []:
+def _material(look: Any) -> Material:
+    """A diffuse ``Material``, made of the material of trimesh, with its picture; trimesh's placeholder is none."""
+    from trimesh.visual.material import empty_material
+
+    image = getattr(look, "image", None) or getattr(look, "baseColorTexture", None)
+    if look is None or (image is not None and np.array_equal(np.asarray(image), np.asarray(empty_material().image))):
         return Material()
-    if materials is not None:
-        return materials[int(look.name)]
-    name = getattr(look, "name", None) or "default"
+    kd, ke = Material.Kd, Material.Ke
     if hasattr(look, "baseColorFactor"):
-        kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, (0.0, 0.0, 0.0))
-        return Material(name=name, Kd=kd, Ke=ke)
-    return Material(name=name, Kd=_color(getattr(look, "diffuse", None), Material.Kd))
+        kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, ke)
+    else:
+        kd = _color(getattr(look, "diffuse", None), kd)
+    pixels = None if image is None else linear_from_srgb(np.asarray(image.convert("RGB"), np.float32) / 255)
+    picture = None if pixels is None else Texture(pixels.astype(np.float32))
+    return Material(name=getattr(look, "name", None) or "default", Kd=kd, Ke=ke, map_Kd=picture)
 
 
-def _corner_colors(mesh, is_linear: bool) -> np.ndarray | None:
-    """(F, 3, 3) linear colours of the corners of a ``trimesh.Trimesh``; None if it has none of its own.
-
-    Args:
-        is_linear: whether the numbers are linear colours, as in glTF; those of other formats are sRGB.
-    """
-    visual, faces = mesh.visual, _faces(mesh)
+def _corner_colors(mesh) -> np.ndarray | None:
+    """(F, 3, 3) linear colours of the corners of a ``trimesh.Trimesh``, whose own are sRGB; None if it has none."""
+    visual, faces = mesh.visual, np.asarray(mesh.faces, np.int64)
     given = getattr(visual, "vertex_attributes", {}).get("color")
     if given is None and getattr(visual, "kind", None) in ("vertex", "face"):
         given = visual.vertex_colors if visual.kind == "vertex" else visual.face_colors
@@ -267,36 +207,8 @@ def _corner_colors(mesh, is_linear: bool) -> np.ndarray | None:
         return None
     colors = np.asarray(given)[:, :3]
     colors = colors / np.iinfo(colors.dtype).max if colors.dtype.kind in "iu" else colors
-    colors = np.clip(np.nan_to_num(colors.astype(np.float64)), 0, 1)
-    colors = colors if is_linear else linear_from_srgb(colors)
+    colors = linear_from_srgb(np.clip(np.nan_to_num(colors.astype(np.float64)), 0, 1))
     return np.repeat(colors[:, None], 3, axis=1) if getattr(visual, "kind", None) == "face" else colors[faces]
-
-
-def _with_textures(material: Material, look: Any, notes: list[str]) -> Material:
-    """``material`` with the pictures that trimesh has decoded."""
-    found: dict[str, Any] = {}
-    for key, name in USED.items():
-        empty, image = getattr(material, key), getattr(look, name, None)
-        if image is None and key == "map_Kd":
-            image = getattr(look, "image", None)
-        if image is None and empty is not None:
-            notes.append(f"the {name} of material {material.name!r} cannot be read, and is not used")
-            if key == "map_layer":  # nothing is known of the layer
-                found |= {"Kd": material.value(BASE, material.Kd), "alpha_x": 0.0, "alpha_y": 0.0, "extra": {}}
-        found[key] = None
-        if key == "map_Kd" and material.map_d is not None:
-            found["map_d"] = None if image is None else _opacity(image, material.map_d)
-        if image is not None:
-            pixels = np.asarray(image.convert("RGB"), np.float32) / 255
-            pixels = linear_from_srgb(pixels).astype(np.float32) if key == "map_Kd" else pixels
-            found[key] = replace(empty or Texture(pixels), pixels=pixels)
-    return replace(material, **found)
-
-
-def _opacity(image: Any, empty: Texture) -> Texture:
-    """The alpha of a picture that trimesh has decoded, times what ``empty`` has."""
-    alpha = np.asarray(image.convert("RGBA"), np.float32)[..., 3:] / 255
-    return replace(empty, pixels=alpha * empty.pixels)
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:

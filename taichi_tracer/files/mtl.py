@@ -1,6 +1,7 @@
 """Wavefront MTL: the materials of an OBJ file (A1-17)."""
 
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,12 +9,13 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_is_file
 from taichi_tracer.files.images import read_image, read_opacity
-from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
+from taichi_tracer.files.text import name_in, names_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
 from taichi_tracer.textures import Texture
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"}
+REFLECTANCES = ("Kd", "Ks", "F0", "Km")
 NOT_NEGATIVE = (*COLORS, "alpha_x", "alpha_y")
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
 # Options of a texture, and the largest number of their values; those with several have numbers.
@@ -37,6 +39,7 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
     materials: dict[str, Material] = {}
     maps: dict[str, int] = {}  # key → the first line that has it
     images: dict[tuple, Texture | None] = {}
+    above: dict[str, str] = {}  # reflectance → where it is above 1 first
     name = None
     for line_number, line in numbered_lines(read_text(path)):
         words = line.split("#", 1)[0].split()
@@ -50,7 +53,10 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
         elif keyword in COLORS or keyword in NUMBERS or keyword == "tr":
             if name is None:
                 raise InputError(f"{where}: {words[0]} stands before the first newmtl")
-            materials[name] = replace(materials[name], **_values(keyword, words, where))
+            values = _values(keyword, words, where)
+            materials[name] = replace(materials[name], **values)
+            if COLORS.get(keyword) in REFLECTANCES and max(values[COLORS[keyword]]) > 1:
+                above.setdefault(words[0], f"{where}: {line.split('#', 1)[0].strip()} is above 1")
         elif keyword in TEXTURES and name is not None:
             read = _texture(line, Path(path), where, notes, images)
             materials[name] = replace(materials[name], **{TEXTURES[keyword]: read})
@@ -59,24 +65,29 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
         elif name is not None and (extra := _numbers_of(words[1:])):
             materials[name] = replace(materials[name], extra={**materials[name].extra, keyword: extra})
     if notes is not None:
+        notes += [f"{text}: the surface reflects more than it receives" for text in above.values()]
         notes += [f"{path}:{line}: {word} is not used, here and in later lines" for word, line in maps.items()]
     return materials
 
 
 def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: dict) -> Texture | None:
     """The texture of a line ``map_Kd [options] file``; None, with a note, if it cannot be read."""
-    keyword, *words = line.split("#", 1)[0].split()
+    keyword, rest = line.split(None, 1) if len(line.split()) > 1 else (line.strip(), "")
     wrap, ignored, is_opacity = "repeat", [], keyword.lower() == "map_d"
-    while words and words[0] in OPTIONS:
-        option, words = words[0], words[1:]
-        count = OPTIONS[option]
-        values = [word for word in words[:count] if count == 1 or _numbers_of([word])]
-        words = words[len(values) :]
+    while (words := rest.split(None, 1)) and words[0] in OPTIONS:
+        option, rest, values = words[0], "".join(words[1:]), []
+        while len(values) < OPTIONS[option] and (words := rest.split(None, 1)):
+            if OPTIONS[option] > 1 and not _numbers_of(words[:1]):
+                break
+            values.append(words[0])
+            rest = "".join(words[1:])
         if option == "-clamp":
             wrap = "clamp" if values == ["on"] else "repeat"
         else:
             ignored.append(option)
-    file, told = " ".join(words).replace("\\", "/"), [] if notes is None else notes
+    names = [name.replace("\\", "/") for name in names_in(rest)]
+    file = next((name for name in names if os.path.isfile(mtl.parent / name)), names[0])
+    told = [] if notes is None else notes
     if ignored:
         told.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
     key = file, wrap, is_opacity
@@ -145,8 +156,7 @@ def _finite(word: str, where: str) -> float:
 def find_library(statement: str, beside: Path, where: str) -> list[Path]:
     """The files that an ``mtllib`` line names: one file, whose name may contain blanks, or several files."""
     folder = beside.parent
-    attempts = [[statement], [name_in(statement)], name_in(statement).split()]
-    for names in attempts:
+    for names in [*([name] for name in names_in(statement)), name_in(statement).split()]:
         paths = [folder / name.replace("\\", "/") for name in names]
         if names and all(path.is_file() for path in paths):
             return paths

@@ -7,17 +7,18 @@ error.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.files.mtl import find_library, read_mtl
+from taichi_tracer.files.polygons import triangulate
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.files.text import SPACES, KeywordLines, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 # Two sets of classes of characters, see ``shapes``. WORDS: x for every character of a word. DIGITS: 0 for every digit,
 # and the other characters unchanged.
@@ -26,16 +27,17 @@ DIGITS = bytes(ord(" ") if c in b" \t\r\f\v" else ord("0") if c in b"0123456789"
 
 CORNER = re.compile(r"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?", re.ASCII)  # v, v/vt, v//vn, v/vt/vn
 INT64 = np.iinfo(np.int64)
-COLOURED = 6  # numbers of a v line with a colour: x y z r g b
+COLOURED = (6, 7)  # numbers of a v line with a colour: x y z r g b, and alpha
+LONGEST_NORMAL = 1e20  # the square of a longer one is no number of f32
 IGNORED = ["o", "g", "s", "l", "p", "vt", "vp"]
 
 
 def read_obj(path: str | Path) -> Mesh:
     """Read an OBJ file and its material libraries.
 
-    Polygons become fans of triangles. Negative indices count backwards from the line in which they stand. Faces before
-    the first ``usemtl`` get the material "default". Texture coordinates are read if a material has a texture; colours
-    of vertices, if all have one. Groups, smoothing groups, lines and points are ignored.
+    Polygons become fans of triangles, concave ones ears. Negative indices count backwards from the line in which they
+    stand. Faces before the first ``usemtl`` get the material "default". Texture coordinates are read if a material has
+    a texture; colours of vertices, if all have one. Groups, smoothing groups, lines and points are ignored.
 
     Raises:
         InputError: something cannot be used; the message has file, line and value. A joined line has the number of its
@@ -48,23 +50,36 @@ def read_obj(path: str | Path) -> Mesh:
     faces = lines.take(b"f").without_comments()
 
     polygons = _polygons(faces, path)
-    corners, polygon_of = fan(polygons.sizes)
     vertex_ids = _resolve(polygons.vertex, polygons, faces, positions, "vertex", path)
+    vertices, most = _rows(positions, path)
+    corners, polygon_of = triangulate(vertices, polygons.sizes, vertex_ids)
     normal_ids = _resolve(polygons.normal, polygons, faces, directions, "normal", path)
-    has_normals = bool((normal_ids >= 0).any())
     notes: list[str] = []
+    normals = _rows(directions, path)[0]
+    is_usable = (abs(normals) <= LONGEST_NORMAL).all(axis=1)
+    if not is_usable[normal_ids[normal_ids >= 0]].all():
+        is_wrong = (normal_ids >= 0) & ~is_usable[normal_ids]
+        notes.append(
+            f"{path}: {len(np.unique(normal_ids[is_wrong]))} normals are not finite or longer than {LONGEST_NORMAL:g}: "
+            "the geometric normal is used"
+        )
+        normal_ids[is_wrong] = -1
+        normals[~is_usable] = 0.0
+    has_normals = bool((normal_ids >= 0).any())
     material_ids, materials = _materials(lines, faces.ids, path, notes)
     has_textures = any(material.textures for material in materials)
-    vertices, most = _rows(positions, path)
-    colors = _colors(positions) if most == COLOURED else None
-    if most >= COLOURED and colors is None:
-        notes.append(f"{path}: colours of vertices are not used: not all vertices have one")
+    colors = _colors(positions) if most in COLOURED else None
+    if most >= COLOURED[0] and colors is None:
+        notes.append(
+            f"{path}: colours of vertices are not used: x y z r g b, or x y z r g b a, is needed in every v line"
+        )
     if colors is not None:
-        materials = [Material(Kd=(1.0, 1.0, 1.0)) if one == Material() else one for one in materials]
+        white = {"Kd": (1.0, 1.0, 1.0)}
+        materials = [replace(one, **white) if replace(one, name="default") == Material() else one for one in materials]
     return Mesh(
         vertices=vertices,
         faces=vertex_ids[corners],
-        normals=_rows(directions, path)[0] if has_normals else np.zeros((0, 3)),
+        normals=normals if has_normals else np.zeros((0, 3)),
         face_normals=normal_ids[corners] if has_normals else np.zeros((0, 3), np.int32),
         face_materials=material_ids[polygon_of],
         materials=materials,
@@ -77,7 +92,7 @@ def read_obj(path: str | Path) -> Mesh:
 
 def _colors(positions: KeywordLines) -> np.ndarray | None:
     """(V, 3) linear colours, from x y z r g b in sRGB, from 0 to 1 or to 255; None if a vertex has none."""
-    rows = _rows_at_once(positions, COLOURED)
+    rows = _rows_at_once(positions, COLOURED[0])
     if rows is None:
         return None
     colors = np.nan_to_num(rows[0][:, 3:])
@@ -101,25 +116,6 @@ def _read(path: Path) -> bytes:
     if re.search(rf"^\s*(?:{known})".encode(), text, re.MULTILINE) is None:
         raise InputError(f"{path}: no line begins with v, f or another word of OBJ: this is some other kind of file")
     return text
-
-
-def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles 0 1 2, 0 2 3, 0 3 4 … of polygons (C-18).
-
-    Args:
-        sizes: (P,) the number of corners of each polygon, at least 3.
-
-    Returns:
-        (F, 3) indices into the list of all corners, and (F,) the polygon of each triangle.
-    """
-    if (sizes == 3).all():
-        return np.arange(3 * len(sizes)).reshape(-1, 3), np.arange(len(sizes))
-    triangles = sizes - 2
-    polygon_of = np.repeat(np.arange(len(sizes)), triangles)
-    first_corner = (np.cumsum(sizes) - sizes)[polygon_of]
-    first_triangle = (np.cumsum(triangles) - triangles)[polygon_of]
-    second_corner = first_corner + 1 + np.arange(len(polygon_of)) - first_triangle
-    return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
 def _rows(block: KeywordLines, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
@@ -275,32 +271,31 @@ def _resolve(
 
 
 def _materials(lines: Lines, face_ids: np.ndarray, path: Path, notes: list[str]) -> tuple[np.ndarray, list[Material]]:
-    """(P,) the material id of each face, and the materials in the order of their first use (C-16)."""
+    """(P,) the material id of each face, and the materials in the order of their first use (C-16).
+
+    A material that no library has is grey, and a note names it, or the library that is missing.
+    """
     library: dict[str, Material] = {}
-    mtllib = lines.take(b"mtllib")
+    is_complete, mtllib = True, lines.take(b"mtllib")
     for line_number, line in zip(mtllib.numbers, mtllib.lines(), strict=True):
-        for mtl in find_library(line.strip(), path, f"{path}:{line_number}"):
-            library |= read_mtl(mtl, notes)
+        try:
+            for mtl in find_library(line.strip(), path, f"{path}:{line_number}"):
+                library |= read_mtl(mtl, notes)
+        except MissingFileError as error:
+            is_complete = False
+            notes.append(f"{error}: its materials are grey (Kd 0.8)")
 
     usemtl = lines.take(b"usemtl")
-    candidates = [Material()]
-    position: dict[str, int] = {}
-    by_statement = [0]  # faces before the first usemtl
-    for line_number, line in zip(usemtl.numbers, usemtl.lines(), strict=True):
-        name = name_in(line)
-        if name not in position:
-            position[name] = len(candidates)
-            candidates.append(_find(name, library, f"{path}:{line_number}"))
-        by_statement.append(position[name])
+    names = [name_in(line) for line in usemtl.lines()]
+    position = {name: k for k, name in enumerate(dict.fromkeys(names), start=1)}
+    unknown = [name for name in position if name not in library]
+    if unknown and is_complete:
+        where, known = f"{path}:{usemtl.numbers[names.index(unknown[0])]}", ", ".join(library) or "none"
+        notes.append(f"{where}: unknown material {', '.join(map(repr, unknown))}: grey (Kd 0.8); known are {known}")
+    candidates = [Material(), *(library.get(name, Material(name=name)) for name in position)]
+    by_statement = np.array([0, *(position[name] for name in names)])  # 0: faces before the first usemtl
 
-    wanted = np.array(by_statement)[np.searchsorted(usemtl.ids, face_ids)]
+    wanted = by_statement[np.searchsorted(usemtl.ids, face_ids)]
     used, first_face, ids = np.unique(wanted, return_index=True, return_inverse=True)
     order = np.argsort(first_face)
     return np.argsort(order)[ids].astype(np.int32), [candidates[used[i]] for i in order] or [Material()]
-
-
-def _find(name: str, library: dict[str, Material], where: str) -> Material:
-    if name not in library:
-        known = ", ".join(library) if library else "none, for the file names no material library (mtllib)"
-        raise InputError(f"{where}: unknown material {name!r}: known are {known}")
-    return library[name]

@@ -1,208 +1,198 @@
-"""PLY files that are read or rewritten here, before trimesh sees them: the plainest ones, and those with strips.
+"""PLY files: binary and text, with triangles and polygons, normals, colours, and the picture that a comment names."""
 
-Most large meshes are binary, with the coordinates of vertices and with triangles alone. Their arrays stand in the file
-as numpy would write them: reading them takes no time and no memory beyond their own, and trimesh need not be imported,
-which takes 0.5 s.
-
-Some scans have no element ``face``, but an element ``tristrips``: lists of vertex ids in which each id forms a triangle
-with the two ids before it. Every second triangle has the opposite orientation, and −1 begins a new strip.
-"""
-
+import re
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.files.images import read_image
+from taichi_tracer.files.polygons import triangulate
+from taichi_tracer.files.srgb import linear_from_srgb
+from taichi_tracer.files.text import all_numbers
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.textures import Texture
 
-VERTICES, FACES, STRIPS = "vertex", "face", "tristrips"
-RESTART = -1  # ends a strip of triangles
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {"float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2"}
-TYPES |= {"int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8"}
-ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
-LISTS = ("vertex_indices", "vertex_index")  # the names of a triangle's list of vertex ids
-COORDINATES = ["x", "y", "z"]
+TYPES |= {"int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8"}
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+HEADER_END = re.compile(rb"^end_header[ \t]*(?:\r\n|\n|\r)", re.MULTILINE)
+TEXTURE = re.compile(r"^comment\s+TextureFile\s+(.+)$", re.MULTILINE | re.IGNORECASE)
+LISTS = ("vertex_indices", "vertex_index")  # the names of a face's list of vertex ids
+COORDINATES = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))  # the names of a vertex's texture coordinates
+COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+LARGEST = 255  # of colours that are floating point and above 1
 
 
 @dataclass
-class PlyElement:
-    """An element of the header.
-
-    Attributes:
-        name: its name. count: the number of its rows. lines: the lines of the header that describe it.
-        properties: (numpy type of the count of a list, or "" for one number; numpy type of the numbers).
-    """
+class Element:
+    """An element of the header; ``properties``: name → (type of the count of a list, or "" for one number; type)."""
 
     name: str
     count: int
-    lines: list[str]
-    properties: list[tuple[str, str]] = field(default_factory=list)
+    properties: dict[str, tuple[str, str]] = field(default_factory=dict)
 
 
-def without_strips(raw: bytes) -> bytes:
-    """The vertices and triangles of a PLY file with strips, as another PLY file; any other file is returned as it is.
-
-    Raises:
-        InputError: the file is cut short, or it has polygons as well as strips.
-    """
-    head, mark, body = raw.partition(b"end_header")
-    if b"element " + STRIPS.encode() not in head or not mark:
-        return raw
-    body = body[body.index(b"\n") + 1 :]
-    first, elements = elements_of(head.decode("latin-1").splitlines())
-    if any(element.name == FACES and element.count > 0 for element in elements):
-        raise InputError("it has polygons and triangle strips: export it with triangles only")
-    is_text = any(line.split()[:2] == ["format", "ascii"] for line in first)
-    order = ">" if any("big_endian" in line for line in first) else "<"
-    kept, ids = split_text(elements, body) if is_text else split_binary(elements, body, order)
-    faces = triangles_of(ids)
-    vertices = [line for element in elements if element.name == VERTICES for line in element.lines]
-    added = [f"element {FACES} {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    header = "\n".join([*first, *vertices, *added]).encode("latin-1") + b"\n"
+def read_ply(raw: bytes, path: Path, notes: list[str]) -> Mesh:
+    """The triangles of a file; ``notes`` gets a line for what is not read."""
+    end = HEADER_END.search(raw)
+    if raw[:3] != b"ply" or end is None:
+        raise InputError("it must begin with ply, and its header must end with end_header")
+    head, body = raw[: end.start()].decode("latin-1"), raw[end.end() :]
+    order, elements = elements_of(head)
+    is_text, at, tables = order == "", 0, {}
     if is_text:
-        return header + kept + "".join(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist()).encode()
-    rows = np.empty(len(faces), [("count", "u1"), ("ids", f"{order}i4", 3)])
-    rows["count"], rows["ids"] = 3, faces
-    return header + kept + rows.tobytes()
+        numbers = all_numbers(body, np.float64)
+        body = (np.array(body.split(), np.float64) if numbers is None else numbers).tobytes()
+    for element in elements:
+        kinds = {name: tuple(one and order + one for one in of) for name, of in element.properties.items()}
+        if is_text:
+            kinds = {name: (count and "f8", "f8") for name, (count, _) in kinds.items()}
+        tables[element.name], at = rows_of(element, kinds, body, at)
+    if at < len(body):
+        rest = f"{(len(body) - at) // 8} numbers" if is_text else f"{len(body) - at} bytes"
+        notes.append(f"{rest} after the last element are not read")
+    return mesh_of(elements, tables, head, path, notes)
 
 
-def elements_of(lines: list[str]) -> tuple[list[str], list[PlyElement]]:
-    """The lines of a header that stand before the first element, and the elements."""
-    first, elements = [], []
-    for line in lines:
+def elements_of(head: str) -> tuple[str, list[Element]]:
+    """The order of bytes ("" for text) and the elements of a header."""
+    order, elements = None, []
+    for line in head.splitlines():
         words = line.split()
-        if words[:1] == ["element"]:
-            elements.append(PlyElement(words[1], int(words[2]), [line]))
-        elif not elements:
-            first.append(line)
-        else:
-            elements[-1].lines.append(line)
-            if words[:2] == ["property", "list"]:
-                elements[-1].properties.append((TYPES[words[2]], TYPES[words[3]]))
+        try:
+            if words[:1] == ["format"]:
+                order = ORDERS[words[1]]
+            elif words[:1] == ["element"]:
+                elements.append(Element(words[1], int(words[2])))
+            elif words[:2] == ["property", "list"]:
+                elements[-1].properties[words[4]] = TYPES[words[2]], TYPES[words[3]]
             elif words[:1] == ["property"]:
-                elements[-1].properties.append(("", TYPES[words[1]]))
-    return first, elements
+                elements[-1].properties[words[2]] = "", TYPES[words[1]]
+        except (LookupError, ValueError):
+            raise InputError(f"the line {line!r:.80} of the header cannot be read") from None
+    if order is None:
+        raise InputError(f"its format must be one of {', '.join(ORDERS)}")
+    return order, elements
 
 
-def split_text(elements: list[PlyElement], body: bytes) -> tuple[bytes, np.ndarray]:
-    """The rows of the vertices, and the ids of all strips with ``RESTART`` after each."""
-    lines = iter([line for line in body.splitlines() if line.strip()])
-    kept, lists = [], []
-    for element in elements:
-        rows = [line for _, line in zip(range(element.count), lines, strict=False)]
-        if len(rows) < element.count:
-            raise cut_short(element)
-        if element.name == STRIPS:
-            words = [np.array(row.split(), np.int64) for row in rows]
-            lists += [row[1 : 1 + row[0]] for row in words if len(row) > row[0]]
-            if len(lists) < len(words):
-                raise cut_short(element)
-        elif element.name == VERTICES:
-            kept += rows
-    return b"".join(line + b"\n" for line in kept), joined(lists)
+def rows_of(element: Element, kinds: dict, body: bytes, at: int) -> tuple[dict, int]:
+    """Name → (n,) numbers, or (sizes, all numbers) of a list; and the byte after the element.
 
-
-def split_binary(elements: list[PlyElement], body: bytes, order: str) -> tuple[bytes, np.ndarray]:
-    """The same as ``split_text``, for a binary file; ``order`` is < or >, the order of the bytes of a number."""
-    kept, lists, at = [], [], 0
-    for element in elements:
-        start = at
-        if all(count == "" for count, _ in element.properties):
-            at += element.count * sum(np.dtype(kind).itemsize for _, kind in element.properties)
-        else:
-            for _ in range(element.count):
-                for count, kind in element.properties:
-                    length = 1
-                    if count:
-                        (length,) = read(element, body, order + count, 1, at).tolist()
-                        at += np.dtype(count).itemsize
-                    values = read(element, body, order + kind, length, at)
-                    at += values.nbytes
-                    if count and element.name == STRIPS:
-                        lists.append(values.astype(np.int32))  # −1 of an unsigned type is its largest number
-        if at > len(body):
-            raise cut_short(element)
-        if element.name == VERTICES:
-            kept.append(body[start:at])
-    return b"".join(kept), joined(lists)
-
-
-def read(element: PlyElement, body: bytes, dtype: str, count: int, at: int) -> np.ndarray:
-    """Some numbers of a binary file; an InputError if they are not there."""
-    if count < 0 or at + count * np.dtype(dtype).itemsize > len(body):
-        raise cut_short(element)
-    return np.frombuffer(body, dtype, count, at)
-
-
-def cut_short(element: PlyElement) -> InputError:
-    """The error for a file that ends within an element."""
-    return InputError(f"the file is cut short: it ends within its {element.count} rows of {element.name}")
-
-
-def joined(lists: list[np.ndarray]) -> np.ndarray:
-    """All lists of ids as one, with ``RESTART`` after each."""
-    return np.concatenate([np.zeros(0, np.int64), *(np.append(ids, RESTART) for ids in lists)])
-
-
-def triangles_of(ids: np.ndarray) -> np.ndarray:
-    """(F, 3) vertex ids of the triangles of strips, all with the orientation of the first triangle of their strip.
-
-    A triangle with a repeated id only joins two strips, and is left out.
-
-    Args:
-        ids: (n,) vertex ids, with ``RESTART`` between strips.
+    Usually, all lists have as many numbers as those of the first row: the rows are an array then.
     """
-    number, is_restart = np.arange(len(ids)), ids == RESTART
-    place = number - np.maximum.accumulate(np.where(is_restart, number, -1)) - 1  # within the strip
-    last = np.flatnonzero((place >= 2) & ~is_restart)
-    a, b, c = ids[last - 2], ids[last - 1], ids[last]
-    is_odd = place[last] % 2 == 1
-    faces = np.stack([np.where(is_odd, b, a), np.where(is_odd, a, b), c], axis=1)
-    return faces[(a != b) & (b != c) & (c != a)]
+    if not kinds or element.count <= 0:
+        return {}, at
+    first, _ = one_by_one(element, kinds, body, at, 1)
+    row: list[tuple] = []
+    for name, (count, kind) in kinds.items():
+        row += [("n " + name, count)] * bool(count) + [(name, kind, (len(first[name][0]),))]
+    if at + element.count * np.dtype(row).itemsize <= len(body):
+        table = np.frombuffer(body, row, element.count, at)
+        if all((table["n " + name] == len(first[name][0])).all() for name, (count, _) in kinds.items() if count):
+            at += table.nbytes
+            return {name: listed(table[name], kinds[name][0]) for name in kinds}, at
+    found, at = one_by_one(element, kinds, body, at, element.count)
+    return {name: listed(rows, kinds[name][0]) for name, rows in found.items()}, at
 
 
-def plain_triangles(raw: bytes) -> tuple[np.ndarray, np.ndarray] | None:
-    """(V, 3) float64 vertices and (F, 3) int32 faces; None if the file is any other PLY, or is damaged."""
-    head, mark, _ = raw[: 1 << 16].partition(b"end_header\n")
-    lines = head.decode("latin-1").splitlines()
-    order = next((ORDERS.get(line.split()[1]) for line in lines if line.startswith("format ")), None)
-    if not mark or order is None:
+def listed(rows: Any, is_list: str) -> Any:
+    """(n,) numbers; of a list, its (n,) sizes and all its numbers."""
+    numbers = rows.reshape(-1) if isinstance(rows, np.ndarray) else np.concatenate(rows)
+    if not is_list:
+        return numbers
+    is_table = isinstance(rows, np.ndarray)
+    return np.full(len(rows), rows.shape[1]) if is_table else np.array([len(row) for row in rows]), numbers
+
+
+def one_by_one(element: Element, kinds: dict, body: bytes, at: int, count: int) -> tuple[dict[str, list], int]:
+    """Name → the arrays of the rows; and the byte after them."""
+    found: dict[str, list] = {name: [] for name in kinds}
+    try:
+        for _ in range(count):
+            for name, (of_count, kind) in kinds.items():
+                length = 1
+                if of_count:
+                    length = int(np.frombuffer(body, of_count, 1, at)[0])
+                    at += np.dtype(of_count).itemsize
+                if length > 0:
+                    found[name].append(np.frombuffer(body, kind, length, at))
+                    at += found[name][-1].nbytes
+                else:
+                    found[name].append(np.zeros(0, kind))
+    except (ValueError, OverflowError):
+        rows = min(len(of) for of in found.values())
+        told = f"it announces {element.count} rows of {element.name} and has {rows}"
+        raise InputError(f"the file is cut short: {told}") from None
+    return found, at
+
+
+def mesh_of(elements: list[Element], tables: dict, head: str, path: Path, notes: list[str]) -> Mesh:
+    """The triangles of the elements vertex and face, with what their corners have."""
+    vertex, face = tables.get("vertex", {}), tables.get("face", {})
+    if not set("xyz") <= set(vertex) and face:
+        raise InputError("its vertices need the properties x, y and z")
+    lists = [face[name] for name in LISTS if name in face]
+    if not lists:
+        strips = "it has triangle strips, which are not read: export it with triangles" if "tristrips" in tables else ""
+        raise InputError(strips or "the file has no triangles")
+    points = np.stack([vertex[name] for name in "xyz"], axis=1).astype(np.float64) + 0.0  # −0 becomes 0
+    sizes, ids = lists[0]
+    is_face = sizes >= 3
+    if not is_face.all():
+        notes.append(f"{(~is_face).sum()} faces with fewer than 3 corners are left out")
+    is_corner = np.repeat(is_face, sizes)
+    corners, polygon_of = triangulate(points, sizes[is_face], ids[is_corner].astype(np.int64))
+    corners, polygon_of = np.flatnonzero(is_corner)[corners], np.flatnonzero(is_face)[polygon_of]
+    mesh = Mesh(points, ids[corners].astype(np.int32), source=str(path))
+    if {"nx", "ny", "nz"} <= set(vertex):
+        mesh.normals = np.stack([vertex[name] for name in ("nx", "ny", "nz")], axis=1).astype(np.float64)
+        mesh.face_normals = mesh.faces
+    kinds = {element.name: element.properties for element in elements}
+    of_vertices, of_faces = colours_of(vertex, kinds.get("vertex", {})), colours_of(face, kinds.get("face", {}))
+    if of_vertices is not None:
+        mesh.corner_color = of_vertices[mesh.faces]
+    elif of_faces is not None:
+        mesh.corner_color = np.repeat(of_faces[polygon_of, None], 3, axis=1)
+    picture, uv = picture_of(head, path, notes), uv_of(vertex, face, corners, mesh.faces, sizes)
+    if uv is not None and picture is not None:
+        mesh.corner_uv = uv
+    if mesh.corner_color is not None or mesh.corner_uv is not None:
+        mesh.materials = [Material(Kd=(1.0, 1.0, 1.0), map_Kd=None if mesh.corner_uv is None else picture)]
+    return mesh
+
+
+def colours_of(table: dict, kinds: dict) -> np.ndarray | None:
+    """(n, 3) linear colours from those in sRGB; None if there are none."""
+    for names in COLOURS:
+        if set(names) <= set(table):
+            colors = np.nan_to_num(np.stack([table[name] for name in names], axis=1).astype(np.float64))
+            is_whole = kinds[names[0]][1][0] in "iu"
+            most = np.iinfo(kinds[names[0]][1]).max if is_whole else LARGEST if (colors > 1).any() else 1
+            return linear_from_srgb(np.clip(colors / most, 0, 1))
+    return None
+
+
+def uv_of(vertex: dict, face: dict, corners: np.ndarray, faces: np.ndarray, sizes: np.ndarray) -> np.ndarray | None:
+    """(F, 3, 2) texture coordinates: of the faces' corners, or of the vertices; None if there are none."""
+    counts, of_corners = face.get("texcoord", (np.zeros(0), None))
+    if of_corners is not None and np.array_equal(counts, 2 * sizes):
+        return of_corners.reshape(-1, 2).astype(np.float64)[corners]
+    names = next((names for names in COORDINATES if set(names) <= set(vertex)), None)
+    return None if names is None else np.stack([vertex[name] for name in names], axis=1).astype(np.float64)[faces]
+
+
+def picture_of(head: str, path: Path, notes: list[str]) -> Texture | None:
+    """The picture that a comment names; a note if it cannot be read."""
+    named = TEXTURE.search(head)
+    if named is None:
         return None
     try:
-        _, elements = elements_of(lines)
-        vertices, faces = elements
-    except (KeyError, ValueError, IndexError):
+        return Texture(np.asarray(read_image(path.parent / named[1].strip(), srgb=True)), source=named[1].strip())
+    except (InputError, MissingFileError, OSError) as error:
+        notes.append(f"the texture is not used: {error}")
         return None
-    if not (is_of_points(vertices) and is_of_triangles(faces)):
-        return None
-    points = np.dtype([(name, order + kind) for name, (_, kind) in zip(COORDINATES, vertices.properties, strict=True)])
-    count, ids = faces.properties[0]
-    polygons = np.dtype([("count", order + count), ("ids", order + ids, 3)])
-    start = len(head) + len(mark)
-    if len(raw) != start + vertices.count * points.itemsize + faces.count * polygons.itemsize:
-        return None
-    rows = np.frombuffer(raw, polygons, faces.count, start + vertices.count * points.itemsize)
-    if not (rows["count"] == 3).all():
-        return None
-    columns = np.frombuffer(raw, points, vertices.count, start)
-    found = np.empty((vertices.count, 3))
-    for k, name in enumerate(COORDINATES):
-        found[:, k] = columns[name]
-    found += 0.0  # −0 becomes 0, as where trimesh reads the file
-    return found, rows["ids"].astype(np.int32)
-
-
-def names_of(element: PlyElement) -> list[str]:
-    """The names of the properties of an element."""
-    return [line.split()[-1] for line in element.lines if line.startswith("property ")]
-
-
-def is_of_points(element: PlyElement) -> bool:
-    """Whether an element has the coordinates of vertices and nothing else."""
-    return element.name == VERTICES and names_of(element) == COORDINATES and not any(c for c, _ in element.properties)
-
-
-def is_of_triangles(element: PlyElement) -> bool:
-    """Whether an element has at least one polygon, and nothing but a list of vertex ids for each."""
-    is_list = len(element.properties) == 1 and element.properties[0][0] != ""
-    return element.name == FACES and element.count > 0 and is_list and names_of(element)[0] in LISTS

@@ -17,6 +17,8 @@ IS_SPACE = np.isin(np.arange(256), list(SPACES))
 NEWLINE, SLASH, BLANK = b"\n/ "
 INDENT = re.compile(rb"[^\S\n]*")
 COMMENT = re.compile(rb"#[^\n]*")
+NOT_A_NUMBER = re.compile(rb"(?<=[ \t])[-+]?(?:nan\([^)\s]*\)|\d\.#(?:IND|[QS]NAN)\w*)(?=\s)", re.IGNORECASE)  # of MSVC
+INFINITE = re.compile(rb"(?<=[ \t])([-+]?)\d\.#INF\w*(?=\s)", re.IGNORECASE)
 COMMENT_OR_CONTINUATION = re.compile(rb"(#[^\n]*)|\\[ \t]*\n")
 
 
@@ -25,6 +27,7 @@ def read_text(path: Path) -> bytes:
 
     A line that ends in a backslash is joined to the next line. A carriage return marks the place, so that lines can
     still be counted. A backslash at the end of a comment, as in ``# made in C:\\scenes\\``, does not continue the line.
+    What C writes for numbers that are none, ``-1.#IND`` or ``nan(ind)``, is ``nan``; ``1.#INF`` is ``inf``.
     """
     text = read_bytes(path)
     if b"\0" in text:
@@ -34,7 +37,10 @@ def read_text(path: Path) -> bytes:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"\\" in text:
         text = COMMENT_OR_CONTINUATION.sub(lambda match: match[1] or b" \r", text)
-    return text if text.endswith(b"\n") else text + b"\n"
+    text = text if text.endswith(b"\n") else text + b"\n"
+    if b".#" in text or b"(" in text:
+        text = INFINITE.sub(rb"\1inf", NOT_A_NUMBER.sub(b"nan", text))
+    return text
 
 
 def numbered_lines(text: bytes) -> Iterator[tuple[int, str]]:
@@ -56,6 +62,13 @@ def decode(line: bytes) -> str:
 def name_in(rest: str) -> str:
     """The name in the rest of a line. It may contain blanks, and a # as in ``Wall #2``; `` # `` begins a comment."""
     return re.split(r"(?:^|\s)#(?:\s|$)", rest, maxsplit=1)[0].strip()
+
+
+def names_in(rest: str) -> list[str]:
+    """What the name of a file in the rest of a line may be: all of it, without a comment, and each without quotes."""
+    names = [rest.strip(), name_in(rest), re.split(r"\s#", rest, maxsplit=1)[0].strip()]
+    names += [name[1:-1] for name in names if len(name) > 1 and name[0] == name[-1] and name[0] in "\"'"]
+    return [name for name in dict.fromkeys(names) if name] or [""]
 
 
 def number(word: str, where: str) -> float:

@@ -10,9 +10,9 @@ from taichi_tracer.system.errors import InputError, one_of
 
 # The smallest sine of the angle between up and the gaze. Below it, f32 positions no longer determine where x_c points.
 SMALLEST_SINE = 1e-6
-# The smallest distance from the eye to a scene that is a single point, so that the two differ in f32: as a length, and
-# relative to the point's largest coordinate.
-SMALLEST_DISTANCE, SMALLEST_SHARE = 1e-30, 1e-5
+# The smallest distance from the eye to a scene, so that the two differ in f32: as a length, and as a share of the
+# largest coordinate, of which f32 has steps of up to 1.2e-7. What is smaller than these steps is a single point.
+SMALLEST_DISTANCE, SMALLEST_SHARE = 1e-30, 5e-7
 HANDEDNESS = ("left", "right")
 USUAL_HANDEDNESS = HANDEDNESS[0]  # as in the courses (C-5)
 UP_AXES = {"y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # the direction that is up in a scene, by the name of its axis

@@ -38,7 +38,7 @@ def _read(element: Element, kind: str, ctm: np.ndarray) -> Light:
         return AmbientLight(color)
     start = _place(element, ctm, "from")
     if kind == "directional":
-        return DirectionalLight(_place(element, ctm, "to") - start, color)
+        return DirectionalLight((_place(element, ctm, "to") if element.find("to") else ctm[:3, 3]) - start, color)
     attenuation = element.numbers("attenuation", default=EVEN)
     if kind == "point":
         return PointLight(start, color, attenuation)

@@ -1,11 +1,15 @@
 """What is read of glTF files beside triangles: lights in the place of their nodes, and the samplers of textures."""
 
+import base64
+import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from taichi_tracer.files.gltf import LIGHTS, fan_of, numbered
+from taichi_tracer.files.gltf import FAN, LIGHTS, STRIP, Gltf, read_gltf, triangles_of
 
 TURN = [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]  # a quarter about y: −z becomes −x
 
@@ -14,7 +18,7 @@ def lights(nodes, known, **content):
     """((name, arguments) of the lights, the notes) of a glTF with these nodes."""
     content |= {"nodes": nodes, "extensions": {LIGHTS: {"lights": known}}}
     notes = []
-    return numbered(json.dumps(content).encode(), notes)[2], notes
+    return read_gltf(json.dumps(content).encode(), Path("a.gltf"), notes)[1], notes
 
 
 def node(light=0, **options):
@@ -66,24 +70,20 @@ def test_what_cannot_be_used_is_told():
 def test_a_sampler_says_what_lies_beyond_a_picture(code, wrap):
     sampler = {} if code is None else {"wrapS": code, "wrapT": 33071}
     look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    content = {"materials": [look], "textures": [{"sampler": 0}], "samplers": [sampler]}
-    _, (material,), _ = numbered(json.dumps(content).encode(), [])
+    image = io.BytesIO()
+    Image.new("RGB", (1, 1)).save(image, "PNG")
+    uri = "data:image/png;base64," + base64.b64encode(image.getvalue()).decode()
+    content = {"materials": [look], "textures": [{"sampler": 0, "source": 0}], "samplers": [sampler]}
+    content["images"] = [{"uri": uri}]
+    material, _ = Gltf(content, None, Path("a.gltf"), []).material(0, False)
     assert material.map_Kd.wrap == (wrap, "repeat" if code is None else "clamp")
 
 
-def test_points_and_lines_are_told():
-    notes = []
-    parts = [{"mode": mode, "attributes": {"POSITION": 0}} for mode in (1, 4, 5)]
-    content = {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 0, "bufferView": 0}]}
-    content |= {"bufferViews": [{"buffer": 0, "byteLength": 0}], "buffers": [{"byteLength": 0, "uri": "none"}]}
-    numbered(json.dumps({"meshes": [{"primitives": parts}], **content}).encode(), notes)
-    assert notes == ["points and lines are not read: 1 of 3 parts are left out"]
-
-
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
-def test_a_fan_has_the_vertices_of_its_strip_in_their_order(count):
-    """(v1, v2, v0), (v2, v3, v0), …"""
+def test_strips_and_fans_have_the_triangles_of_the_format(count):
+    """(v0, v1, v2), (v1, v3, v2), … and (v1, v2, v0), (v2, v3, v0), …"""
     ids = np.array([7, 3, 9, 4, 5])[: count + 2]
-    strip = [ids[i : i + 3] if i % 2 == 0 else ids[i : i + 3][::-1] for i in range(count)]
-    expected = [[ids[i + 1], ids[i + 2], ids[0]] for i in range(count)]
-    np.testing.assert_array_equal(fan_of(np.reshape(strip, (-1, 3))), np.reshape(expected, (-1, 3)))
+    strip = [[ids[i], ids[i + 1 + i % 2], ids[i + 2 - i % 2]] for i in range(count)]
+    fan = [[ids[i + 1], ids[i + 2], ids[0]] for i in range(count)]
+    np.testing.assert_array_equal(triangles_of(ids, STRIP), np.reshape(strip, (-1, 3)))
+    np.testing.assert_array_equal(triangles_of(ids, FAN), np.reshape(fan, (-1, 3)))
