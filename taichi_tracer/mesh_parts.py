@@ -87,17 +87,22 @@ def surface_of(mesh: Mesh) -> Surface:
     return Surface(points, normals, emits[of], float(upto[-1]))
 
 
-def coarse(mesh: Mesh, dtype: type) -> list[str]:
-    """A note if numbers of a type do not tell apart points of a mesh that are near in comparison with its size."""
+def notes_of(mesh: Mesh) -> list[str]:
+    """The notes of a mesh, and one if f32, where it is the precision, does not tell apart points that are near.
+
+    Args:
+        mesh: one that ``clean`` returned.
+    """
     points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
-    if dtype is np.float64 or len(points) == 0:
-        return []
+    if points.dtype == np.float64 or len(points) == 0:
+        return mesh.notes
     low, high = box_of(points)
-    most = float(max(abs(low).max(), abs(high).max()))
-    step = float(np.spacing(np.float32(most)))
+    most = max(abs(low).max(), abs(high).max())
+    step = float(np.spacing(most))
     if not 0 < COARSE * float((high - low).max()) < step < np.inf:
-        return []
-    return [f"{mesh.source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64"]
+        return mesh.notes
+    note = f"{mesh.source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64"
+    return [*mesh.notes, note]
 
 
 def similarities(linear: np.ndarray) -> np.ndarray:

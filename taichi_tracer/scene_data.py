@@ -19,7 +19,7 @@ from taichi_tracer.instances import off_ground, on_ground, settled, view_of_mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
-from taichi_tracer.mesh_parts import GROUND, coarse
+from taichi_tracer.mesh_parts import GROUND, notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
@@ -93,11 +93,9 @@ class SceneData(KnownAttributes):
         runtime.ensure()
         check(mesh)
         copies = given["instances"] if knows_instances(chosen) else "copied"
-        notes = coarse(mesh, runtime.dtype())
         mesh = on_ground(mesh, up_axis) if given["ground"] else mesh
         mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
-        self.mesh, self.source, self.dropped = mesh, mesh.source, mesh.dropped
-        self.notes = [*mesh.notes, *notes]
+        self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0

@@ -16,20 +16,28 @@ from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 
-from taichi_tracer.brdfs.microfacet import LAYERED
-from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.files.gltf_materials import (
+    COLOUR,
+    LAYER,
+    LIGHTS,
+    NO_PLACE,
+    STRENGTH,
+    TRANSFORM,
+    UNLIT,
+    Place,
+    extensions,
+    light_of,
+    material_of,
+    place_of,
+)
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.materials import Material
 from taichi_tracer.mesh_parts import inverse_of
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import BASE, METALLIC, Texture
+from taichi_tracer.textures import BASE, Texture
 
-LIGHTS = "KHR_lights_punctual"
-STRENGTH = "KHR_materials_emissive_strength"
-UNLIT = "KHR_materials_unlit"
-TRANSFORM = "KHR_texture_transform"
 QUANTIZED = "KHR_mesh_quantization"
 INSTANCING = "EXT_mesh_gpu_instancing"
 READ = (LIGHTS, STRENGTH, UNLIT, TRANSFORM, QUANTIZED, INSTANCING)
@@ -39,17 +47,12 @@ TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of primitives with triangles
 MOST_ROWS = 1 << 27  # of an accessor without a buffer view, which is made of zeros
-LEAST_ALPHA = 1e-6  # of a material; it counts as a mirror
 USUAL_CUTOFF = 0.5
-COLOUR, LAYER = "baseColorTexture", "metallicRoughnessTexture"
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
-USUAL_CONE = math.pi / 4  # of a spot
 
 TRS = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}  # of instances, and of nodes
 
 Placed = list[tuple[Mesh, np.ndarray]]
-Place = tuple[int, tuple, float, tuple]  # the set of coordinates of a picture; its offset, rotation and scale
-NO_PLACE: Place = (0, (0.0, 0.0), 0.0, (1, 1))
 
 
 def read_gltf(raw: bytes, path: Path, notes: list[str]) -> tuple[Placed, list[tuple[str, dict]]]:
@@ -104,7 +107,8 @@ class Gltf:
                 matrices = self.instances(node, matrix)
                 placed += [(part, one) for part in self.parts(node) for one in matrices]
             if LIGHTS in extensions(node):
-                lights += self.light(extensions(node)[LIGHTS]["light"], matrix)
+                known = extensions(self.content)[LIGHTS]["lights"]
+                lights += light_of(known, extensions(node)[LIGHTS]["light"], matrix, self.notes)
         self.notes[:] = dict.fromkeys(self.notes)
         return placed, lights
 
@@ -352,37 +356,6 @@ class Gltf:
             self.known["picture", number] = tuple(Texture(one, wrap) for one in (colours, rgb, alpha))
         return self.known["picture", number]
 
-    # ── lights ──
-
-    def light(self, number: int, matrix: np.ndarray) -> list[tuple[str, dict]]:
-        """(name, arguments) of a light of KHR_lights_punctual in its place; it shines along −z."""
-        known = extensions(self.content)[LIGHTS]["lights"]
-        if not isinstance(number, int) or not 0 <= number < len(known):
-            raise InputError(f"the light {number} is needed, and the file has {len(known)} lights, counted from 0")
-        light = known[number]
-        name = light.get("name", light.get("type"))
-        direction, position = -matrix[:3, 2], matrix[:3, 3]
-        color = light.get("intensity", 1.0) * np.array(light.get("color", (1.0, 1.0, 1.0)), float)
-        cone = light.get("spot", {})
-        inner, outer = cone.get("innerConeAngle", 0.0), cone.get("outerConeAngle", USUAL_CONE)
-        of_kind = {
-            "directional": {"direction": direction, "irradiance": color},
-            "point": {"position": position, "intensity": color},
-            "spot": {"position": position, "target": position + direction, "intensity": color}
-            | {"cutoff": float(np.degrees(outer)), "falloff": float(np.degrees(inner))},
-        }
-        if "range" in light:
-            self.notes.append(f"light {name!r}: its range is not used, so that it shines farther")
-        if light.get("type") not in of_kind or not direction.any():
-            self.notes.append(f"light {name!r} is not used: its type or its place is unknown")
-            return []
-        return [(light["type"], of_kind[light["type"]])]
-
-
-def extensions(part: dict) -> dict:
-    """The extensions of a part of a file."""
-    return part.get("extensions", {})
-
 
 def extensions_in(part: Any) -> Iterator[str]:
     """The names of all extensions within a part of a file."""
@@ -393,13 +366,6 @@ def extensions_in(part: Any) -> Iterator[str]:
             yield from extensions_in(inner)
 
 
-def place_of(info: dict) -> Place:
-    """The set of coordinates of a picture, and how they are transformed."""
-    given = extensions(info).get(TRANSFORM, {})
-    number = given.get("texCoord", info.get("texCoord", 0))
-    return number, tuple(given.get("offset", (0.0, 0.0))), given.get("rotation", 0.0), tuple(given.get("scale", (1, 1)))
-
-
 def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:
     """(F, 3) the vertex ids of triangles, of a strip or of a fan (glTF 2.0, section 3.7.2.1)."""
     if mode == TRIANGLES:
@@ -408,38 +374,6 @@ def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:
     if mode == FAN:
         return np.stack([ids[k + 1], ids[k + 2], ids[0 * k]], axis=1)
     return np.stack([ids[k], ids[k + 1 + k % 2], ids[k + 2 - k % 2]], axis=1)
-
-
-def material_of(look: dict, has_colors: bool) -> Material:
-    """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
-
-    All colours are linear. A material without ``pbrMetallicRoughness`` is diffuse.
-
-    Args:
-        has_colors: whether its vertices have colours, by which the base colour is multiplied.
-    """
-    values, strength = look.get("pbrMetallicRoughness"), extensions(look).get(STRENGTH, {})
-    for name, value in {**look, **(values or {}), **strength}.items():
-        if name.endswith(("Factor", "Cutoff", "Strength")):
-            most = 1.0 if name in ("metallicFactor", "roughnessFactor") else np.finfo(np.float32).max
-            if not ((np.asarray(value, float) >= 0) & (np.asarray(value, float) <= most)).all():
-                raise InputError(f"material {look.get('name')!r}: {name} must be from 0 to {most:g}, not {value}")
-    base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
-    rough: dict = {"Kd": tuple(base.tolist())}
-    if values is not None and UNLIT not in extensions(look):
-        metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
-        alpha = max(roughness**2, LEAST_ALPHA)
-        rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
-        rough = {name: tuple(color.tolist()) for name, color in rough.items()}
-        share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
-        extra = {} if metal == 1 and LAYER not in values else {LAYERED: (1.0,)}
-        if metal > 0 and (has_colors or COLOUR in values):
-            extra[METALLIC] = tuple(share.tolist())
-        if LAYER in values:
-            extra |= {METALLIC: (metal,) * 3, BASE: tuple(base.tolist())}
-        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
-    Ke = strength.get("emissiveStrength", 1.0) * np.array(look.get("emissiveFactor", (0.0, 0.0, 0.0)), float)
-    return Material(name=str(look.get("name") or "default"), **rough, Ke=tuple(Ke.tolist()))
 
 
 def _matrix(node: dict) -> np.ndarray:

@@ -56,15 +56,7 @@ def read_obj(path: str | Path) -> Mesh:
     normal_ids = _resolve(polygons.normal, polygons, faces, directions, "normal", path)
     notes: list[str] = []
     normals = _rows(directions, path)[0]
-    is_usable = (abs(normals) <= LONGEST_NORMAL).all(axis=1)
-    if not is_usable[normal_ids[normal_ids >= 0]].all():
-        is_wrong = (normal_ids >= 0) & ~is_usable[normal_ids]
-        notes.append(
-            f"{path}: {len(np.unique(normal_ids[is_wrong]))} normals are not finite or longer than {LONGEST_NORMAL:g}: "
-            "the geometric normal is used"
-        )
-        normal_ids[is_wrong] = -1
-        normals[~is_usable] = 0.0
+    _leave_out_wild(normals, normal_ids, path, notes)
     has_normals = bool((normal_ids >= 0).any())
     material_ids, materials = _materials(lines, faces.ids, path, notes)
     has_textures = any(material.textures for material in materials)
@@ -88,6 +80,16 @@ def read_obj(path: str | Path) -> Mesh:
         corner_color=None if colors is None else colors[vertex_ids[corners]],
         corner_uv=_coordinates(lines, polygons, faces, path)[corners] if has_textures else None,
     )
+
+
+def _leave_out_wild(normals: np.ndarray, ids: np.ndarray, path: Path, notes: list[str]) -> None:
+    """Corners whose normal is not finite or too long have none: the geometric one is used."""
+    is_usable = (abs(normals) <= LONGEST_NORMAL).all(axis=1)
+    is_wrong = (ids >= 0) & ~np.append(is_usable, True)[ids]
+    if is_wrong.any():
+        wild = f"{len(np.unique(ids[is_wrong]))} normals are not finite or longer than {LONGEST_NORMAL:g}"
+        notes.append(f"{path}: {wild}: the geometric normal is used")
+        normals[~is_usable], ids[is_wrong] = 0.0, -1
 
 
 def _colors(positions: KeywordLines) -> np.ndarray | None:
