@@ -80,16 +80,17 @@ class Effects:
         ]
 
 
-def derive(scene, blockers: str = "all") -> Effects:
+def derive(scene, blockers: str = "all", microfacets: bool = False) -> Effects:
     """The effects of a scene.
 
     Args:
         scene: a ``SceneData``, whose ``effects_mode`` is "scene": what the scene calls for, or "all": every effect, for
             comparison. A material that no primitive has does not call for any effect.
         blockers: what a ray that leaves a surface can hit, see ``Effects``.
+        microfacets: whether the roughness decides where a material has both Ns and a roughness.
     """
-    found = _found(scene, blockers)
-    reasons = _reasons(scene, found)
+    found = _found(scene, blockers, microfacets)
+    reasons = _reasons(scene, found, microfacets)
     if scene.effects_mode == "all":
         has_environment = scene.environment is not None
         brdfs = tuple(range(len(scene.material_library.brdfs)))
@@ -99,11 +100,11 @@ def derive(scene, blockers: str = "all") -> Effects:
     return Effects(**found, reasons=tuple(reasons))
 
 
-def _found(scene, blockers: str) -> dict[str, Any]:
+def _found(scene, blockers: str, microfacets: bool) -> dict[str, Any]:
     """The attributes of ``Effects`` that the scene calls for, without the reasons."""
     mesh, library = scene.mesh, scene.material_library
     used = [int(i) for i in mesh.used_materials()]
-    brdfs = {library.brdf_of[i] for i in used}
+    brdfs = {library.brdf_of[microfacets][i] for i in used}
     emits = any(max(mesh.materials[i].Ke) > 0 for i in used)
     return {
         "brdfs": tuple(sorted(brdfs)),
@@ -123,11 +124,11 @@ def _found(scene, blockers: str) -> dict[str, Any]:
     }
 
 
-def _reasons(scene, found: dict[str, Any]) -> list[tuple[str, bool, str]]:
+def _reasons(scene, found: dict[str, Any], microfacets: bool) -> list[tuple[str, bool, str]]:
     """The lines of the receipt; ``found`` has the attributes of ``Effects``."""
     mesh, library = scene.mesh, scene.material_library
     used = [int(i) for i in mesh.used_materials()]
-    has, materials = [library.brdf_of[i] for i in used], [mesh.materials[i] for i in used]
+    has, materials = [library.brdf_of[microfacets][i] for i in used], [mesh.materials[i] for i in used]
     normals, spheres, culls = found["interpolated_normals"], found["spheres"], found["culling"]
     return [
         *(_about_brdf(brdf, has.count(i), materials) for i, brdf in enumerate(library.brdfs)),
@@ -169,6 +170,8 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
     if count > 0:
         return brdf.name, True, f"{count} of {len(materials)} materials"
     described = any(brdf.describes(material, runtime.dtype()) for material in materials)
+    if described and any(material.has_both_models for material in materials):
+        return brdf.name, False, "Ns decides; with the estimator microfacet, alpha_x and alpha_y decide"
     return brdf.name, False, "another BRDF takes its materials" if described else f"no triangle has {brdf.needs}"
 
 

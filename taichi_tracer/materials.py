@@ -1,6 +1,6 @@
 """What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
-from dataclasses import InitVar, dataclass, field, fields
+from dataclasses import InitVar, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,10 @@ COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
 TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a material that are textures
 
 
+class Unset(float):
+    """A default that nobody has written: Ns of a material without this key."""
+
+
 @dataclass(frozen=True, repr=False)
 class Material(metaclass=Spelled):
     """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
@@ -33,7 +37,8 @@ class Material(metaclass=Spelled):
         d: opacity; 1 is opaque.
         alpha_x, alpha_y, F0: roughness and reflectance at normal incidence of a microfacet surface; they are
             extensions of the course. ``Material(alpha=0.3, F0=0.9)`` gives both axes one roughness, and all colours one
-            reflectance.
+            reflectance. Where a material has both Ns and a roughness, Ns decides, except with the estimator
+            ``microfacet``, see ``modelled``.
         Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
         map_Kd, map_Ks: a ``textures.Texture`` by which Kd or Ks is multiplied; None is none.
         map_d: one whose texels are the opacity: all rays pass through triangles where its red is below 1/2.
@@ -47,7 +52,7 @@ class Material(metaclass=Spelled):
     Ka: tuple[float, float, float] = (0.0, 0.0, 0.0)
     Ks: tuple[float, float, float] = (0.0, 0.0, 0.0)
     Ke: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    Ns: float = 1.0
+    Ns: float = Unset(1.0)
     Ni: float = 1.0
     d: float = 1.0
     alpha_x: float = 0.0
@@ -88,8 +93,19 @@ class Material(metaclass=Spelled):
 
     @property
     def is_rough(self) -> bool:
-        """Whether it is a microfacet surface, whatever its Ns."""
+        """Whether it has the roughness of a microfacet surface."""
         return self.alpha_x > 0 and self.alpha_y > 0
+
+    @property
+    def has_both_models(self) -> bool:
+        """Whether it has both an Ns and a roughness, so that the estimator decides which of them counts."""
+        return self.is_rough and not isinstance(self.Ns, Unset)
+
+    def modelled(self, microfacets: bool) -> "Material":
+        """The material as an estimator reads it: without the roughness, or without Ns, where it has both."""
+        if not self.has_both_models:
+            return self
+        return replace(self, Ns=Material.Ns) if microfacets else replace(self, alpha_x=0.0, alpha_y=0.0)
 
     def value(self, name: str, default: float | tuple[float, ...]) -> float | tuple[float, ...]:
         """A parameter of a BRDF, from the file, or the default: one number or three numbers, like the default.
@@ -147,7 +163,8 @@ class MaterialLibrary:
         fields: the builder in which the fields of the library are placed.
 
     Attributes:
-        brdf_ids: (M,) for each material, the index of its BRDF in ``brdfs``.
+        brdf_of: for estimators that read Ns, and for ``microfacet``: the index in ``brdfs`` of each material's BRDF.
+        brdf_ids: (M, 2) the same in kernels.
         members: name → default of each member that a material has in kernels: the MTL keys, and the parameters of
             ``brdfs``.
     """
@@ -162,21 +179,26 @@ class MaterialLibrary:
         for brdf in self.brdfs:
             self.members |= brdf.parameters
         self._struct = ti.types.struct(**{n: tm.vec3 if np.size(d) == 3 else real for n, d in self.members.items()})
-        self.brdf_of = [self._brdf_of(m) for m in self.materials]
+        self.brdf_of = [[self._brdf_of(m, microfacets) for m in self.materials] for microfacets in (False, True)]
         self.table, self.brdf_ids = ti.field(float), ti.field(ti.i32)
         rows = max(1, len(self.materials))
-        fields.dense(ti.i, rows).place(self.brdf_ids)
+        fields.dense(ti.ij, (rows, 2)).place(self.brdf_ids)
         fields.dense(ti.ij, (rows, self.as_table([Material()]).shape[1])).place(self.table)
 
-    def reach_all(self, used: np.ndarray) -> bool:
+    @property
+    def has_both_models(self) -> bool:
+        """Whether a material has both an Ns and a roughness."""
+        return any(material.has_both_models for material in self.materials)
+
+    def reach_all(self, used: np.ndarray, microfacets: bool) -> bool:
         """Whether all BRDFs of the materials with the ids ``used`` have ``reaches_all``, and none was replaced."""
-        of_used = {self.brdf_of[i] for i in map(int, used)}
+        of_used = {self.brdf_of[microfacets][i] for i in map(int, used)}
         return all(self.brdfs[i].reaches_all and not replaced(self.brdfs[i]) for i in of_used)
 
-    def _brdf_of(self, material: Material) -> int:
-        dtype = runtime.dtype()
+    def _brdf_of(self, material: Material, microfacets: bool) -> int:
+        dtype, modelled = runtime.dtype(), material.modelled(microfacets)
         for i, brdf in reversed(list(enumerate(self.brdfs))):
-            if brdf.describes(material, dtype):
+            if brdf.describes(modelled, dtype) and (brdf.has_microfacets or modelled is material or not microfacets):
                 return i
         raise InputError(f"material {material.name!r}: none of {', '.join(b.name for b in self.brdfs)} describes it")
 
@@ -193,7 +215,7 @@ class MaterialLibrary:
         tables = Tables()
         if len(self.materials) > 0:
             tables.put(self.table, self.as_table(self.materials))
-            tables.put(self.brdf_ids, np.array(self.brdf_of, np.int32))
+            tables.put(self.brdf_ids, np.array(self.brdf_of, np.int32).T)
         return tables
 
     @in_kernels

@@ -33,14 +33,12 @@ class ModeProperty:
             return self
         modes = getattr(renderer, self.modes)
         found = [mode for mode in modes if mode.integrator == renderer.active.name]
-        found.sort(key=lambda mode: mode != vars(renderer).get("_last_mode"))  # two modes may have one integrator
         if not found:  # another form of one of them, such as "mis_one_sample"
             found = [mode for mode in modes if renderer.active.name.startswith(mode.integrator)]
         return held(int(found[0]) if found else 0, lambda number: self.__set__(renderer, number))
 
     def __set__(self, renderer: Any, number: int) -> None:
-        vars(renderer)["_last_mode"] = mode = getattr(renderer, self.modes)(number)
-        renderer.use(mode)
+        renderer.use(getattr(renderer, self.modes)(number))
 
 
 class ShadeMode(Mode):
@@ -59,7 +57,7 @@ class SampleMode(Mode):
 
     UNIFORM = 1, "uniform"
     BRDF = 2, "brdf"
-    MICROFACET = 3, "brdf"  # the material says which BRDF it has
+    MICROFACET = 3, "microfacet"
     HEMISPHERE = 4, "hemisphere"
     ENVIRONMENT = 5, "environment"
     MIS = 6, "mis"
@@ -75,7 +73,7 @@ class LampSampleMode(Mode):
     MIS = 4, "mis"
     HEMISPHERE = 5, "hemisphere"
     MIS_BALANCE = 6, "mis_balance"
-    MICROFACET = 7, "brdf"
+    MICROFACET = 7, "microfacet"
 
 
 class ShadingMode(Mode):

@@ -75,7 +75,8 @@ class Pilot:
         picture = renderer.state()[2:]
         if picture == self._of:
             return False
-        usual, *others = sorted(renderer.offers, key=lambda one: rank(renderer, one))
+        same = [one for one in renderer.offers if not one.microfacets]  # others show other surfaces
+        usual, *others = sorted(same, key=lambda one: rank(renderer, one))
         first = begin(renderer, usual.name, target)
         self.seconds, self.compile_seconds = first.seconds, first.compile_seconds
         copy = copy_of(renderer)

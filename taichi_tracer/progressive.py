@@ -323,7 +323,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def kernel_scene(self) -> SceneInKernels:
         """The part of the scene that kernels use."""
-        return self.scene_data.in_kernels(compensates=self.active.compensates)
+        return self.scene_data.in_kernels(compensates=self.active.compensates, microfacets=self.active.microfacets)
 
     @property
     def iter_counter(self) -> Any:
@@ -430,7 +430,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
-        lines = [*self.scene_data.receipt(), *self.plan.receipt()]
+        lines = [*self.scene_data.receipt(self.active.microfacets), *self.plan.receipt()]
         if self.active.compensates and self.kernel_scene().compensates:
             lines.append(str(COMPENSATED))
         lines += self.own_shares.receipt()

@@ -187,15 +187,11 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     def set_sample_brdf(self) -> "Self":
         """Sample directions from the density of the BRDF."""
-        return self._use_mode("BRDF")
+        return self.use("brdf")
 
     def set_sample_microfacet(self) -> "Self":
-        """The same: a material with ``alpha_x``, ``alpha_y`` and ``F0`` has the BRDF of microfacets (A2-12)."""
-        return self._use_mode("MICROFACET")
-
-    def _use_mode(self, name: str) -> "Self":
-        self.sample_mode = self.SampleMode[name]
-        return self
+        """The same, but ``alpha_x``, ``alpha_y`` and ``F0`` decide, and not Ns, where a material has both (A2-12)."""
+        return self.use("microfacet")
 
     def set_sample_environment(self) -> "Self":
         """Sample directions in proportion to the light of the environment."""

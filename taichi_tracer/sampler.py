@@ -109,6 +109,7 @@ class BRDF(HandoutBrdf):
     """
 
     name = "handout"
+    has_microfacets = False
     needs = "every material"
 
     def describes(self, material: Any, dtype: type) -> bool:

@@ -184,25 +184,34 @@ class SceneData(KnownAttributes):
         self.effects = self.geometry.effects = derive(self, self._blockers)
         self.version += 1
 
-    def in_kernels(self, effects: Effects | None = None, compensates: bool = False) -> SceneInKernels:
+    def effects_for(self, microfacets: bool) -> Effects:
+        """The effects for estimators that read the roughness, or Ns, of a material that has both."""
+        is_other = microfacets and self.material_library.has_both_models
+        return derive(self, self._blockers, microfacets=True) if is_other else self.effects
+
+    def in_kernels(
+        self, effects: Effects | None = None, compensates: bool = False, microfacets: bool = False
+    ) -> SceneInKernels:
         """The part of the scene that kernels use.
 
         Args:
             effects: the effects to compile, for comparison; None takes those that the scene calls for.
             compensates: whether the integrator allows that samples of the environment leave out what samples of the
                 BRDF find. They do so if the light depends on the direction, and if the BRDFs find all of it.
+            microfacets: whether the roughness decides where a material has both Ns and a roughness.
         """
+        microfacets &= self.material_library.has_both_models
         is_even = self.environment is None or self.environment.constant is not None
-        compensates &= not is_even and self.material_library.reach_all(self.mesh.used_materials())
+        compensates &= not is_even and self.material_library.reach_all(self.mesh.used_materials(), microfacets)
         if effects is not None:
-            return SceneInKernels(self, effects, compensates)
-        light = self.environment, self.background, *self.lights
-        make = functools.partial(SceneInKernels, self, self.effects, compensates)
-        return self._in_kernels.get((self.effects, light, compensates), make)
+            return SceneInKernels(self, effects, compensates, microfacets)
+        light, effects = (self.environment, self.background, *self.lights), self.effects_for(microfacets)
+        make = functools.partial(SceneInKernels, self, effects, compensates, microfacets)
+        return self._in_kernels.get((effects, light, compensates, microfacets), make)
 
-    def receipt(self) -> list[str]:
+    def receipt(self, microfacets: bool = False) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
-        lines = [*self.effects.receipt(), *(str(form) for form in self.forms)]
+        lines = [*self.effects_for(microfacets).receipt(), *(str(form) for form in self.forms)]
         if self.lamps.count > 0:
             lines.append(f"{'lamp choice':<15} {self.lamps.choice.name}: one of {self.lamps.count:,} for each sample")
         return lines
@@ -215,6 +224,8 @@ class SceneData(KnownAttributes):
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
         arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
+        if self.material_library.has_both_models:
+            digest.update(b"Ns decides")
         if self.up_axis != "y":
             digest.update(self.up_axis.encode())
         if self.background is not None:

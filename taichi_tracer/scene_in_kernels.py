@@ -29,13 +29,14 @@ class SceneInKernels:
         lights: all lights, see ``lights.scene_lights``.
         effects: what is compiled, see ``effects.Effects``.
         samples_lights: whether directions are drawn from the lights. All lamps of a scene may be without area.
+        microfacets: whether the roughness decides where a material has both Ns and a roughness.
         compensates: whether samples of the environment leave out what samples of the BRDF find, see
             ``lights.environment_light``.
         search: the intersector of ``SceneData``, also in a copy in which ``ray_intersector`` is observed.
     """
 
-    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
-        self.effects, self.compensates = effects, compensates
+    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False, microfacets: bool = False) -> None:
+        self.effects, self.compensates, self.microfacets = effects, compensates, microfacets
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.search = scene.ray_intersector
         self.material_library, self.textures = scene.material_library, scene.textures

@@ -29,6 +29,7 @@ class Brdf:
         reaches_all: whether ``pdf`` is positive for every w_i in which f_r max(n·ω_i, 0) is. If it is so for all BRDFs
             of a scene, samples of the lights may leave out what ``sample`` finds: see ``lights.environment_light``. The
             contract tests check it.
+        has_microfacets: whether the estimator ``microfacet`` may take it where a material has both Ns and a roughness.
         needs: the material that calls for it, for the receipt: "no triangle has *a material with Ns > 1*".
         parameters: name → default (a number or three numbers) of each value that it reads from the MTL file in addition
             to the usual keys. In kernels they are members of ``material``: ``parameters = {"roughness": 0.5}`` makes
@@ -37,7 +38,7 @@ class Brdf:
 
     required = ("describes", "eval", "pdf", "sample")
     kind, name, is_delta, transmits, is_reciprocal = "BRDF", "", False, False, True
-    reaches_all = False
+    reaches_all, has_microfacets = False, True
     needs = "a material for it"
     parameters: dict[str, float | tuple[float, float, float]] = {}
 

@@ -130,15 +130,15 @@ def surface_at(scene, ray, hit) -> Surface:
     material = scene.material_at(hit)
     if any(brdf.transmits for brdf in brdfs.values()):
         material = impl.expr_init(_seen_from(material, hit.is_backfacing))
-    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, library.row(hit.material_id)))
+    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, library.row(hit.material_id), int(scene.microfacets)))
     origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
     w_o = impl.expr_init(_opposite(ray.direction))
     return Surface(brdfs, brdf_id, material, origin, hit, w_o)
 
 
 @ti.func
-def _brdf_id(ids: ti.template(), material_id):
-    return ids[material_id]
+def _brdf_id(ids: ti.template(), material_id, microfacets: ti.template()):
+    return ids[material_id, microfacets]
 
 
 @ti.func

@@ -38,6 +38,7 @@ class Integrator:
         needs_light: whether it shows nothing in a scene without light.
         samples_lights: whether it draws directions from the lights, as ``lights.sample`` does.
         samples_brdf: whether light counts that it finds along directions drawn from the BRDF.
+        microfacets: whether the roughness decides, and not Ns, where a material has both (A2-12).
         exponent: β of the heuristic that weights as many samples of the BRDF as of the lights; 0 if there is none.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
@@ -46,6 +47,7 @@ class Integrator:
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
     required: tuple[str, ...] = ("radiance",)
+    microfacets = False
     exponent = 0
     version = 0
 

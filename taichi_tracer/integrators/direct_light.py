@@ -118,6 +118,15 @@ class BrdfSampling(DirectLight):
 @register
 @ti.data_oriented
 @seams()
+class MicrofacetSampling(BrdfSampling):
+    """``brdf``, where the roughness decides and not Ns, if a material has both (A2-12)."""
+
+    name, label, microfacets = "microfacet", "Microfacets", True
+
+
+@register
+@ti.data_oriented
+@seams()
 class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 

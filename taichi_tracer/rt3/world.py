@@ -260,6 +260,8 @@ def read_material(element: Element, name: str) -> Material:
     for key in MTL_NUMBERS:
         if (value := element.number(key)) is not None:
             values[key] = value
+    if kind == "microfacet":
+        values.pop("Ns", None)  # the type decides
     if kind == "microfacet" and not (values["alpha_x"] > 0 and values["alpha_y"] > 0):
         raise element.error("a microfacet material needs alpha, or alpha_x and alpha_y, above 0")
     if min(values.get("Kd", (0,))) < 0 or min(values.get("Ke", (0,))) < 0:

@@ -78,7 +78,7 @@ def compiled_for(effects: Effects, renderer_class: type[ProgressiveRenderer]) ->
         def kernel_scene(self) -> SceneInKernels:
             """What the kernels know of the scene."""
             if self._compiled is None:
-                self._compiled = self.scene_data.in_kernels(effects, self.active.compensates)
+                self._compiled = self.scene_data.in_kernels(effects, self.active.compensates, self.active.microfacets)
             return self._compiled
 
     return WithEffects

@@ -70,7 +70,7 @@ def mirror_pixels(
         places = places[rng.choice(count, MOST_PIXELS, replace=False)]
     hits = chains.intersect(*camera.rays(places[:, 0], places[:, 1]))
     library = scene_data.material_library
-    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of])
+    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[chains.scene.microfacets]])
     found = places[hits.is_hit & is_delta[np.clip(hits.material_id, 0, len(is_delta) - 1)]]
     return found, len(found) * count / len(places)
 

@@ -26,9 +26,12 @@ def may_be_narrow(brdf: Any, material: Material) -> bool:
 
 def has_narrow_lobes(scene: Any) -> bool:
     """Whether a material of a scene, a ``SceneInKernels``, may have a narrow lobe that is no mirror's."""
-    library = scene.material_library
+    library, microfacets = scene.material_library, scene.microfacets
     used = map(int, scene.geometry.mesh.used_materials())
-    return any(may_be_narrow(library.brdfs[library.brdf_of[i]], library.materials[i]) for i in used)
+    return any(
+        may_be_narrow(library.brdfs[library.brdf_of[microfacets][i]], library.materials[i].modelled(microfacets))
+        for i in used
+    )
 
 
 @ti.func

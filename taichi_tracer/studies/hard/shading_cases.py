@@ -51,7 +51,7 @@ class _Brdfs:
             o = tm.vec3(w_o[i, 0], w_o[i, 1], w_o[i, 2])
             material = self.library.get(ids[i])
             for k in ti.static(range(len(self.brdfs))):
-                if self.library.brdf_ids[ids[i]] == k:
+                if self.library.brdf_ids[ids[i], 0] == k:
                     w_i = self.brdfs[k].sample(material, o, n, tm.vec2(xi[i, 0], xi[i, 1]))
                     found[i, 0], found[i, 1], found[i, 2] = w_i.x, w_i.y, w_i.z
                     found[i, 3] = self.brdfs[k].sample_weight(material, o, w_i, n).x
