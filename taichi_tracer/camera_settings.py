@@ -293,6 +293,11 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         for axis, column in zip((self.x, self.y, self.z), matrix[:3].T, strict=False):
             self._tables.put(axis, np.ascontiguousarray(column, runtime.dtype()))
 
+    def matrix(self) -> np.ndarray:
+        """The camera-to-world matrix, (4, 4) float64; where ``compute_matrix`` is replaced, what it has set."""
+        is_replaced = "compute_matrix" in replaced(self)
+        return np.asarray(self._memory.read(self.camera_to_world) if is_replaced else self.compute_matrix(), np.float64)
+
     @ti.kernel
     def _load_own_matrix(self):
         self.camera_to_world[None] = self.compute_matrix()

@@ -35,7 +35,9 @@ class SceneInKernels:
         search: the intersector of ``SceneData``, also in a copy in which ``ray_intersector`` is observed.
     """
 
-    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False, microfacets: bool = False) -> None:
+    def __init__(
+        self, scene: "SceneData", effects: Effects, compensates: bool = False, microfacets: bool = False
+    ) -> None:
         self.effects, self.compensates, self.microfacets = effects, compensates, microfacets
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.search = scene.ray_intersector

@@ -71,7 +71,7 @@ def test_the_best_is_taken_and_told_with_all_numbers(scene, measured):
     assert (renderer.active.name, renderer.samples) == ("environment", 100)
     names = [one.name for one in renderer.pilot.trials]
     assert names[0] == "environment"
-    assert set(names) | set(renderer.pilot.left_out) == set(renderer.names())
+    assert set(names) | set(renderer.pilot.left_out) == set(renderer.names()) - {"microfacet"}
     text = str(renderer.pilot)
     assert text.startswith("auto: environment: ")
     assert f"; mis {told(renderer.pilot.trials[names.index('mis')].seconds_to(renderer.pilot.wanted))}" in text

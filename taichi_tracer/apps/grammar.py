@@ -78,5 +78,5 @@ def load_parts(paths: Sequence[str]) -> None:
         for path in paths:
             registry.load_parts(path)
             if os.path.isdir(path):
-                for text in load("taichi_tracer.course.use:in_use")().uses:
+                for text in load("taichi_tracer.course.use:in_use")().notes():
                     note(f"--course {path}: {text}")

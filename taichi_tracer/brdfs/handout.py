@@ -9,7 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
-from taichi_tracer.system.seams import called, replaced, seams
+from taichi_tracer.system.seams import called, replaced, seams, unfinished
 
 
 @ti.data_oriented
@@ -48,6 +48,12 @@ class HandoutBrdf(Brdf):
         return value
 
     def has_own_factor(self) -> bool:
-        """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf."""
-        names = replaced(self)
-        return "evaluate_brdf_factor" in names or not {"evaluate_brdf", "evaluate_probability"} & set(names)
+        """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf.
+
+        It is the quotient where f_r and the pdf are written, and the factor is not.
+        """
+        names, cannot_run = set(replaced(self)), set(unfinished(self))
+        if "evaluate_brdf_factor" in names - cannot_run:
+            return True
+        quotient = {"evaluate_brdf", "evaluate_probability"}
+        return not quotient & names or bool(quotient & cannot_run)

@@ -16,8 +16,10 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import called, in_kernels
+from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.own_code.interface import check_method, check_parameters
+from taichi_tracer.system.own_code.source import fault, is_empty
+from taichi_tracer.system.seams import Unfinished, called, gives_of, in_kernels, written
 
 # The handout's methods of each class: where one of them is judged alone, the others are the package's.
 HANDOUT = {
@@ -54,7 +56,7 @@ def borders_of(classes: dict[str, type]) -> dict[str, type]:
         made["MeshLightSampler"] = light_sampler_of(classes["MeshLightSampler"])
     for name, base in (("A2Renderer", tt.A2Renderer), ("A3Renderer", tt.A3Renderer), ("A4Renderer", tt.A4Renderer)):
         if name in classes:
-            made[name] = renderer_of(classes[name], base)
+            made[name] = renderer_of(classes[name], base, classes)
     return made
 
 
@@ -67,6 +69,42 @@ def own_members(student: type) -> dict[str, Any]:
     return {name: value for name, value in found.items() if name not in NOT_TAKEN}
 
 
+def other_arguments(student: type, base: type, name: str) -> dict[str, OwnCodeError]:
+    """The handout's methods of a student's class that cannot be called as the handout calls them: name → why.
+
+    They are those of the package: only the student's own code calls the student's.
+    """
+    found, members = {}, own_members(student)
+    for method in HANDOUT.get(name, ("shade_ray",)):
+        shipped = written(base, method) if hasattr(base, method) else None
+        if method in members and callable(shipped) and fitted(members[method]) is members[method]:
+            try:
+                check_parameters(f"{student.__name__}.{method}", members[method], shipped)
+            except OwnCodeError as error:
+                told = f"{student.__name__}.{method} cannot be called as the handout calls it: {error.text}"
+                found[method] = fault(members[method], told)
+    return found
+
+
+def if_written(student: type, name: str, method: Any) -> Any:
+    """A method; if its body is empty, what ends a picture that uses it."""
+    if callable(method) and is_empty(method):
+        return Unfinished(method, fault(method, f"{student.__name__}.{name} is not written yet"))
+    return method
+
+
+def finished(student: type, base: type, method: str, of_border: Any) -> Any:
+    """The border's method, which asks the student's; what ends a picture that uses it if the student's cannot run."""
+    function = own_members(student)[method]
+    if isinstance(unwritten := if_written(student, method, function), Unfinished):
+        return unwritten
+    try:
+        check_method(student, method, function, written(base, method), gives_of(base).get(method, ""))
+    except OwnCodeError as error:
+        return Unfinished(function, error)
+    return of_border
+
+
 def taken(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
     """A class of the package's kind with the student's methods.
 
@@ -75,19 +113,24 @@ def taken(student: type, base: type, name: str, fit: Callable | None = None, met
         methods: those of the handout's that are the student's; () is all.
     """
     methods = methods or HANDOUT[name]
+    others = other_arguments(student, base, name)
     members = {k: v for k, v in own_members(student).items() if k in methods or k not in HANDOUT[name]}
+    members = {k: if_written(student, k, v) for k, v in members.items() if k not in others}
     if fit is not None:
         members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members |= {"__module__": student.__module__, "__doc__": student.__doc__}
     if name in CONSTRUCTED and (own := names_read(student) - set(members) - set(dir(base))):
         members["__init__"] = with_attributes(base.__init__, student, own, CONSTRUCTED[name])  # type: ignore[misc]
-    return with_some(type(name, (base,), members), name, lambda some: taken(student, base, name, fit, some))
+    made = type(name, (base,), members | {"other_arguments": others})
+    return with_some(made, name, lambda some: taken(student, base, name, fit, some))
 
 
 # What the constructor of a student's class gets, from the package's object.
 CONSTRUCTED: dict[str, Callable[[Any], dict[str, Any]]] = {
     "Camera": lambda camera: {"width": int(camera.width), "height": int(camera.height)},
     "Environment": lambda environment: {"image": np.ascontiguousarray(environment.image)},
+    "MeshLightSampler": lambda sampler: {"geometry": sampler.geometry, "material_library": sampler.material_library},
+    "RayIntersector": lambda rays: {"geometry": rays.geometry},
 }
 
 
@@ -103,10 +146,18 @@ def names_read(student: type) -> set[str]:
 
 def constructed(student: type, given: dict[str, Any]) -> dict[str, Any]:
     """The attributes that the constructor of a student's class sets, as far as it comes."""
-    made = student.__new__(student)
-    with contextlib.suppress(Exception):  # it may ask for more than what is given
+    made: Any = None
+    with contextlib.suppress(Exception):  # it may ask for more than what is given, or be abstract
+        made = student.__new__(student)
         student.__init__(made, **given)  # type: ignore[misc]
-    return dict(vars(made))
+    return {} if made is None else dict(vars(made))
+
+
+def complete(made: Any, student: type, given: dict[str, Any]) -> None:
+    """Give an object the attributes that the methods of a student's class read, and that only its constructor makes."""
+    lacking = {name for name in names_read(student) if not hasattr(made, name)}
+    if lacking:
+        vars(made).update({k: v for k, v in constructed(student, given).items() if k in lacking})
 
 
 def with_attributes(usual: Callable, student: type, own: set[str], given: Callable[[Any], dict[str, Any]]) -> Callable:
@@ -134,6 +185,8 @@ def with_some(cls: Any, name: str, make: Callable[[Sequence[str]], type]) -> typ
 
 def fitted(method: Any) -> Any:
     """A function of a BRDF that may lack some of the handout's parameters, such as ``w_o``."""
+    if isinstance(method, Unfinished):
+        return method
     function = method.__func__ if isinstance(method, staticmethod) else method
     names = [name for name in inspect.signature(function).parameters if name != "self"]
     missing = [name for name in OF_BRDF if name not in names]
@@ -175,16 +228,19 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
         BIND(self, geometry, triangle_test)
         of_course = CourseGeometry(geometry)
         self.theirs = object_of(student, of_course, geometry=of_course)
+        complete(self.theirs, student, {"geometry": of_course})
 
     def begin(self: Any, geometry: Any = None, triangle_test: Any = "watertight") -> None:
         BEGIN(self, geometry, triangle_test)
 
+    others = other_arguments(student, tt.RayIntersector, "RayIntersector")
     members: dict[str, Any] = {"bind": bind, "__init__": begin, "__module__": student.__module__, "name": "student's"}
+    members["other_arguments"] = others
     theirs = own_members(student)
     for method, of_border in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
         is_written = method in theirs and not getattr(theirs[method], "__isabstractmethod__", False)
-        if is_written and method in methods and methods != ["query_ray"]:
-            members[method] = of_border
+        if is_written and method in methods and methods != ["query_ray"] and method not in others:
+            members[method] = finished(student, tt.RayIntersector, method, of_border)
     return with_some(
         type("RayIntersector", (tt.RayIntersector,), members),
         "RayIntersector",
@@ -204,8 +260,12 @@ def query_ray(self, ray):
     return from_course(self.theirs.query_ray(ray))
 
 
-def renderer_of(student: type, base: type) -> type:
-    """A renderer whose ``shade_ray`` is the student's; A4's may be two methods, for implicit and explicit paths."""
+def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
+    """A renderer whose ``shade_ray`` is the student's; A4's may be two methods, for implicit and explicit paths.
+
+    Args:
+        classes: of the student, by name: the scene that the renderer sees has their further methods and attributes.
+    """
     members = own_members(student)
     ways = [name for name in ("shade_implicit", "shade_explicit") if name in members]
     own = type(student.__name__, (student,), {"__getattr__": lambda self, name: getattr(vars(self)["renderer"], name)})
@@ -214,12 +274,9 @@ def renderer_of(student: type, base: type) -> type:
 
     def theirs_of(self: Any) -> Any:
         if "_theirs" not in vars(self):
-            theirs = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
-            lacking = {name for name in names_read(student) if not hasattr(theirs, name)}
-            if lacking:
-                given = {"width": int(self.width), "height": int(self.height), "scene_data": theirs.scene_data}
-                made = constructed(student, given)
-                vars(theirs).update({name: value for name, value in made.items() if name in lacking})
+            theirs = object_of(own, renderer=self, scene_data=scene_of(self.scene_data, classes))
+            size = {"width": int(self.width), "height": int(self.height)}
+            complete(theirs, student, {**size, "scene_data": theirs.scene_data})
             vars(self)["_theirs"] = theirs
         return vars(self)["_theirs"]
 
@@ -237,12 +294,35 @@ def renderer_of(student: type, base: type) -> type:
             raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
         return called(getattr(theirs_of(self), name), ray)
 
-    made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__}
+    made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:
-        made["shade_ray"] = shade_ray
+        made["shade_ray"] = shade_ray if ways else finished(student, base, "shade_ray", shade_ray)
     cls: Any = type(base.__name__, (base,), made)
     cls.alone, cls.without = staticmethod(lambda _method: cls), staticmethod(lambda _method: base)
     return cls
+
+
+def scene_of(scene: Any, classes: dict[str, type]) -> CourseScene:
+    """A scene as a student's renderer sees it: its parts also have what only the student's classes have."""
+    made = CourseScene(scene)
+    for part, name in PARTS_OF_SCENE.items():
+        own = getattr(made, part)
+        student = classes.get(name) or classes.get("BruteForceRayIntersector" if name == "RayIntersector" else name)
+        if student is None or not (set(own_members(student)) | names_read(student)) - set(dir(own)):
+            continue
+        kind = type(student.__name__, (type(own), student), {"__module__": student.__module__})
+        beside = object_of(kind, **vars(own))
+        complete(beside, student, CONSTRUCTED[name](beside))
+        setattr(made, part, beside)
+    return made
+
+
+# What a student's renderer reads of a scene → the student's class for it.
+PARTS_OF_SCENE = {
+    "mesh_light_sampler": "MeshLightSampler",
+    "ray_intersector": "RayIntersector",
+    "environment": "Environment",
+}
 
 
 def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightSampler"]) -> type:
@@ -264,7 +344,10 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
 
     def set_geometry(self: Any, geometry: Any) -> None:
         vars(self)["_geometry"] = geometry
-        vars(theirs_of(self))["geometry"] = CourseGeometry(geometry)  # it has fields
+        theirs = theirs_of(self)
+        vars(theirs)["geometry"] = CourseGeometry(geometry)  # it has fields
+        vars(theirs)["material_library"] = getattr(self, "material_library", None)
+        complete(theirs, student, CONSTRUCTED["MeshLightSampler"](theirs))
 
     geometry = property(lambda self: vars(self)["_geometry"], set_geometry)
 
@@ -283,10 +366,14 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
     def compute_cdf(self: Any) -> None:
         theirs_of(self).compute_cdf()
 
-    written = own_members(student)
+    own, others = own_members(student), other_arguments(student, tt.MeshLightSampler, "MeshLightSampler")
     members: dict[str, Any] = {"compute_cdf": compute_cdf, "sample_mesh_lights": sample_mesh_lights}
     members |= {n: asked(n) for n in ("compute_triangle_area", "sample_emissive_triangle", "evaluate_probability")}
-    members = {name: method for name, method in members.items() if name in written and name in methods}
-    members |= {"geometry": geometry, "__module__": student.__module__}
+    members = {
+        name: finished(student, tt.MeshLightSampler, name, method)
+        for name, method in members.items()
+        if name in own and name in methods and name not in others
+    }
+    members |= {"geometry": geometry, "__module__": student.__module__, "other_arguments": others}
     made = type("MeshLightSampler", (tt.MeshLightSampler,), members)
     return with_some(made, "MeshLightSampler", lambda some: light_sampler_of(student, some))

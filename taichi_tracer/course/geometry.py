@@ -8,6 +8,7 @@ import taichi.math as tm
 
 from taichi_tracer.environment import Environment
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
+from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory
 from taichi_tracer.system.held import held
 from taichi_tracer.system.seams import called
@@ -15,17 +16,21 @@ from taichi_tracer.system.seams import called
 
 @ti.func
 def from_course(hit):
-    """The package's HitData of a student's: triangles from 0, −1 is none."""
-    found = hit
-    found.triangle_id = hit.triangle_id - 1
+    """The package's HitData of a student's: triangles count from 0, and a miss has −1."""
+    found = no_hit()
+    if hit.is_hit:
+        found = hit
+        found.triangle_id = hit.triangle_id - 1
     return found
 
 
 @ti.func
 def to_course(hit):
-    """A HitData with triangles from 1; 0 is none."""
-    found = hit
-    found.triangle_id = hit.triangle_id + 1
+    """A HitData whose triangles count from 1; a miss is all zeros, so that students may read its material."""
+    found = HitData()
+    if hit.is_hit:
+        found = hit
+        found.triangle_id = hit.triangle_id + 1
     return found
 
 
@@ -55,8 +60,8 @@ class CourseGeometry:
 class CourseRays:
     """The intersector of a scene, with triangles from 1."""
 
-    def __init__(self, intersector: Any) -> None:
-        self.package = intersector
+    def __init__(self, intersector: Any, geometry: Any) -> None:
+        self.package, self.geometry = intersector, geometry
 
     @ti.func
     def query_ray(self, ray):
@@ -89,8 +94,9 @@ def read_from_one(ids: ti.template(), i):
 class CourseLights:
     """A sampler of lamps, with triangles from 1; other attributes are the package's."""
 
-    def __init__(self, sampler: Any) -> None:
+    def __init__(self, sampler: Any, scene: Any) -> None:
         self.package, self.has_emissive_triangles = sampler, True
+        self.geometry, self.material_library = scene.geometry, scene.material_library
         self.emissive_triangle_ids = FromOne(sampler.emissive_triangle_ids)
         self.total_emissive_area = total_area_of(sampler)
 
@@ -119,20 +125,23 @@ class NoLights:
 
     has_emissive_triangles = False
 
+    def __init__(self, scene: Any) -> None:
+        self.geometry, self.material_library = scene.geometry, scene.material_library
+
 
 class CourseScene:
     """The package's scene: see the classes above. A scene without an environment has a black one."""
 
     def __init__(self, scene: Any) -> None:
-        self.package, self.ray_intersector = scene, CourseRays(scene.ray_intersector)
-        self.geometry = CourseGeometry(scene.geometry)
+        self.package, self.geometry = scene, CourseGeometry(scene.geometry)
+        self.ray_intersector = CourseRays(scene.ray_intersector, self.geometry)
         self.environment = scene.environment
         if self.environment is None:
             self.environment = Environment(np.zeros((1, 1, 3)), name="black")
-        self.mesh_light_sampler: Any = NoLights()
+        self.mesh_light_sampler: Any = NoLights(self)
         if scene.lamps.count > 0 and isinstance(scene.lamps.choice, MeshLightSampler):
             scene.lamps.prepare()
-            self.mesh_light_sampler = CourseLights(scene.lamps.choice)
+            self.mesh_light_sampler = CourseLights(scene.lamps.choice, self)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(vars(self)["package"], name)

@@ -15,6 +15,7 @@ import taichi_tracer as tt
 from taichi_tracer.course import borders, files
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.seams import unfinished
 
 ABSENT = object()
 # The class of this package whose methods a border of the same name has.
@@ -32,7 +33,14 @@ CLASSES: dict[str, Any] = {
 }
 OF_PYTHON = ("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl")
 OF_TAICHI = ("_data_oriented", "__getattribute__")
-LEFT = (*OF_PYTHON, *OF_TAICHI, "alone", "without", "name")  # of a border, what is not assigned to the package's class
+LEFT = (
+    *OF_PYTHON,
+    *OF_TAICHI,
+    "alone",
+    "without",
+    "other_arguments",
+    "name",
+)  # of a border, what is not assigned to the package's class
 
 
 class Course:
@@ -41,6 +49,10 @@ class Course:
     Attributes:
         folder: where the files are. errors: name of a file that cannot be used → why, with the line.
         uses: lines such as "camera.py: Camera.generate_ray, Camera.compute_matrix".
+        unfinished: the handout's methods that are not written yet, or that cannot run: name → why. Only a picture that
+            uses one of them ends with this error.
+        other_arguments: those that cannot be called as the handout calls them: name → why. The package's run in their
+            place; the student's own code may call the student's.
     """
 
     def __init__(self, folder: str | Path) -> None:
@@ -48,18 +60,35 @@ class Course:
         found = files.load(folder)
         self.folder = found.folder
         self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}
-        self._members = {name: members_of(cls) for name, cls in borders.borders_of(found.classes).items()}
+        made = borders.borders_of(found.classes)
+        self._members = {name: members_of(cls) for name, cls in made.items()}
+        others = {f"{name}.{method}": why for name, cls in made.items() for method, why in cls.other_arguments.items()}
+        self.other_arguments = others
         self._former: list[tuple[Any, str, Any]] = []
         files_of = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
         self._home = {name: files_of.get(name, "ray_intersector.py") for name in self._members}
-        self.uses = []
-        for name, members in self._members.items():
-            methods = [f"{name}.{member}" for member in members if member in borders.WRITTEN]
-            self.uses.append(f"{self._home[name]}: {', '.join(methods)}")
         if not self._members:
             reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(CLASSES)}"
             raise InputError(f"{folder}: nothing there can be used: {reasons}")
         self.apply()
+        not_done = [(name, unfinished(CLASSES[name])) for name in self._members]
+        self.unfinished = {f"{name}.{method}": why for name, found in not_done for method, why in found.items()}
+        self.uses = []
+        for name, members in self._members.items():
+            methods = [f"{name}.{member}" for member in members if member in borders.WRITTEN]
+            methods = [method for method in methods if method not in self.unfinished]
+            if methods:
+                self.uses.append(f"{self._home[name]}: {', '.join(methods)}")
+
+    def notes(self) -> list[str]:
+        """What the user should know: which methods run, which are unfinished, and which have other arguments."""
+        lines = list(self.uses)
+        if self.unfinished:
+            lines.append(f"unfinished, and an error only in pictures that use them: {', '.join(self.unfinished)}")
+        if self.other_arguments:
+            names = ", ".join(self.other_arguments)
+            lines.append(f"the package's run, because these cannot be called as the handout calls them: {names}")
+        return [*lines, *(f"not used: {text}" for text in self.errors.values())]
 
     def apply(self, file: str | None = None) -> None:
         """Use the files, or only one of them."""
@@ -110,8 +139,7 @@ class Course:
         self.undo()
 
     def __repr__(self) -> str:
-        lines = [f"files of the course in {self.folder}", *self.uses]
-        return "\n".join([*lines, *(f"not used: {text}" for text in self.errors.values())])
+        return "\n".join([f"files of the course in {self.folder}", *self.notes()])
 
 
 class StudentKernel:

@@ -153,7 +153,7 @@ class DepthMap(RT3Integrator):
 
 def depth_of(geometry, camera) -> tuple[float, float]:
     """The smallest and the largest depth of the corners of the scene's box; negative depths become 0."""
-    matrix = camera.compute_matrix()
+    matrix = camera.matrix()
     corners = np.stack(np.meshgrid(*zip(geometry.low, geometry.high, strict=True)), axis=-1).reshape(-1, 3)
     depth = (corners - matrix[:3, 3]) @ matrix[:3, 2]
     return max(float(depth.min()), 0.0), max(float(depth.max()), 0.0)

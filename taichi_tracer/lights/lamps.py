@@ -98,7 +98,7 @@ class Lamps(Light):
         tables.put(self.balls, np.concatenate([centre, radius], axis=1).astype(dtype))
         tables.put(self.lamp_of, lamp_of)
         tables.load(self._memory)
-        self.choice.geometry = self.geometry
+        self.choice.material_library, self.choice.geometry = self.library, self.geometry
         self.choice.prepare(self.table)
 
     @ti.func

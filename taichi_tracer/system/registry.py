@@ -23,7 +23,7 @@ from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.seams import assigned, check_part, replaced
+from taichi_tracer.system.seams import assigned, check_part, replaced, unfinished
 from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
@@ -67,7 +67,7 @@ class Registry:
 
         Raises:
             InputError: the part has no kind or no name, another part of its kind has the same name, or a method is
-                missing or cannot run, see ``own_code``.
+                missing.
         """
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
@@ -86,7 +86,8 @@ class Registry:
         made = part() if HOMES[kind][1] and isinstance(part, type) else part
         if not file.startswith(PACKAGE):
             check_part(made, file)
-            replaced(made)
+            for error in unfinished(made).values():
+                warnings.warn(f"{error}. A picture that uses it cannot be made", stacklevel=2)
         self._parts[kind][name] = made
         self._files[kind, name] = file
         return part
@@ -126,7 +127,7 @@ class Registry:
         """The part that is meant by a name, a class or an object.
 
         Raises:
-            InputError: the name is unknown, the class or object is not a part of this kind, or a method is wrong.
+            InputError: the name is unknown, the class or object is not a part of this kind, or a method is missing.
         """
         if isinstance(chosen, str):
             parts = self.all(kind)
@@ -135,7 +136,7 @@ class Registry:
             if chosen not in known:
                 raise one_of(kind, chosen, self.names(kind))
             found = known[chosen]
-            replaced(found)  # what somebody wrote is checked before a kernel is made of it
+            replaced(found)  # what somebody wrote is looked at before a kernel is made of it
             return found
         if getattr(chosen, "kind", None) != kind:
             raise InputError(f"{kind}: {chosen!r} is neither a name nor a part of this kind")

@@ -16,6 +16,7 @@ import taichi as ti
 from taichi.lang import impl
 from taichi.lang.exception import TaichiSyntaxError
 
+from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code.interface import check_class, check_method, note_misspelt
 
 Class = TypeVar("Class", bound=type)
@@ -61,8 +62,8 @@ def replaced(part) -> tuple[str, ...]:
     A method counts as replaced in three cases: a subclass outside the package defines it; another function was assigned
     to the class; or the object itself has an attribute with this name.
 
-    Raises:
-        InputError: what replaces a method cannot run in its place, see ``own_code``.
+    A method that cannot run in the place of the package's is marked as ``Unfinished``: a picture that uses it ends with
+    what is wrong.
     """
     cls = part if isinstance(part, type) else type(part)
     home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
@@ -72,12 +73,43 @@ def replaced(part) -> tuple[str, ...]:
     shipped = _SHIPPED[home]
     names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
     for name in names if not impl.inside_kernel() else ():  # there, Taichi would wrap the error
-        function: Any = own[name] if name in own else written(cls, name)
-        if callable(shipped[name]):
-            check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
+        if callable(shipped[name]) and not isinstance(own.get(name, inspect.getattr_static(cls, name)), Unfinished):
+            function: Any = own[name] if name in own else written(cls, name)
+            try:
+                check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
+            except OwnCodeError as error:
+                owner = part if name in own else next(base for base in cls.__mro__ if name in vars(base))
+                setattr(owner, name, Unfinished(function, error))
     for listen in LISTENERS:
         listen(part, names)
     return names
+
+
+class Unfinished:
+    """A method that somebody has written, and that cannot run in the place of the package's: any use raises the error.
+
+    Args:
+        function: what was written. error: what is wrong with it.
+    """
+
+    def __init__(self, function: Callable, error: OwnCodeError) -> None:
+        self.written, self.error, self.use = function, error, in_kernels(self._use)
+
+    def _use(self, *_arguments: Any, **_named: Any) -> None:
+        raise OwnCodeError(self.error.args[0], self.error.text, self.error.file, self.error.line)
+
+    def __get__(self, owner: object, cls: type | None = None) -> object:
+        return self.use
+
+    def __call__(self, *_arguments: Any, **_named: Any) -> None:
+        """Raise the error: an object may have the method as an attribute of its own."""
+        self._use()
+
+
+def unfinished(part) -> dict[str, OwnCodeError]:
+    """Name → what is wrong, of each replaced method of a class or an object that cannot run."""
+    found = {name: vars(part).get(name, inspect.getattr_static(part, name)) for name in replaced(part)}
+    return {name: method.error for name, method in found.items() if isinstance(method, Unfinished)}
 
 
 def check_part(part, file: str = "") -> None:

@@ -45,7 +45,7 @@ def own_method(cls: type, name: str) -> object | None:
         if base.__module__.split(".")[0] == "taichi_tracer" and "teaching" not in base.__module__:
             return None
         if name in vars(base):
-            return vars(base)[name]
+            return getattr(vars(base)[name], "written", vars(base)[name])
     return None
 
 
@@ -102,6 +102,8 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             if cls is None:
                 reason = student.failed.get(part.replaces) or student.errors.get(files.get(part.replaces, ""))
                 return reason or Answer(MISSING, message=f"there is no class {part.replaces}")
+            if part.method in getattr(cls, "other_arguments", {}):
+                return crash(cls.other_arguments[part.method], student.folder)  # type: ignore[attr-defined]
             method = own_method(cls, part.method)
             if method is None:
                 return Answer(MISSING, message=f"{part.replaces} has no method {part.method}")

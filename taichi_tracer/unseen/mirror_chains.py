@@ -76,7 +76,7 @@ class MirrorChains:
             most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
         """
         random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
-        to_world = np.asarray(camera.compute_matrix(), np.float64)
+        to_world = camera.matrix()
         eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
         found, _ = self._found(origins, directions, random, min(most, MOST_MIRRORS), eye)
         ray = np.flatnonzero(found[:, 7] > 0)

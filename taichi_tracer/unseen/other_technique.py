@@ -36,6 +36,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system import memory
 from taichi_tracer.system.observed import observed
+from taichi_tracer.system.seams import unfinished
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
@@ -56,7 +57,8 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
     Args:
         scene: a ``SceneInKernels``. pixels: of the picture.
     """
-    if not (integrator.needs_light and scene.effects.samples_lights):
+    brdfs = [scene.material_library.brdfs[i] for i in scene.effects.brdfs]
+    if not (integrator.needs_light and scene.effects.samples_lights) or any(map(unfinished, brdfs)):
         return ()
     found = []
     geometry = scene.geometry

@@ -58,7 +58,7 @@ def corners_of(mesh: Any, table: LampTable, camera: Any) -> np.ndarray:
     corners = np.empty((len(table), 3, 3))
     corners[is_triangle] = mesh.vertices[mesh.faces[table.primitives[is_triangle]]]
     spheres = mesh.spheres[-1 - table.primitives[~is_triangle]].astype(np.float64)
-    axes = np.eye(3)[:2] if camera is None else np.asarray(camera.compute_matrix(), np.float64)[:3, :2].T
+    axes = np.eye(3)[:2] if camera is None else camera.matrix()[:3, :2].T
     corners[~is_triangle] = spheres[:, None, :3]
     corners[~is_triangle, 1:] += spheres[:, None, 3:] * axes
     return corners
@@ -66,7 +66,7 @@ def corners_of(mesh: Any, table: LampTable, camera: Any) -> np.ndarray:
 
 def pixels_of(camera: Any, points: np.ndarray) -> np.ndarray:
     """(..., 2) where the camera shows points (..., 3), as ``camera.rays`` counts pixels; NaN behind a pinhole."""
-    of_camera = np.linalg.inv(np.asarray(camera.compute_matrix(), np.float64))
+    of_camera = np.linalg.inv(camera.matrix())
     local = points @ of_camera[:3, :3].T + of_camera[:3, 3]
     depth = np.ones_like(local[..., 2:]) if camera.is_parallel else np.where(local[..., 2:] > 0, local[..., 2:], np.nan)
     ndc = (local[..., :2] / depth - camera.compute_centre()) / np.asarray(camera.compute_half_size())
@@ -108,7 +108,7 @@ def sees(intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarra
 
 def area_of_pixel(camera: Any, points: np.ndarray) -> np.ndarray:
     """(n,) the area that a pixel covers at each point, across the ray."""
-    to_world = np.asarray(camera.compute_matrix(), np.float64)
+    to_world = camera.matrix()
     from_eye = points - to_world[:3, 3]
     step = OFF * np.linalg.norm(from_eye, axis=1, keepdims=True)
     ray = np.broadcast_to(to_world[:3, 2], points.shape) if camera.is_parallel else from_eye

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("f32")
 def test_what_is_glass(material, is_glass):
     """Glass counts before the other BRDFs that describe the material, too."""
     scene = tt.SceneData(Mesh(np.eye(3), np.array([[0, 1, 2]]), materials=[material]))
-    found = scene.material_library.brdfs[scene.material_library.brdf_of[0]]
+    found = scene.material_library.brdfs[scene.material_library.brdf_of[0][0]]
     assert (found is PARTS.find("BRDF", "dielectric")) == is_glass
 
 

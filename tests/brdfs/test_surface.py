@@ -152,7 +152,7 @@ def test_only_the_brdfs_of_the_scene_are_compiled_and_a_mirror_can_be_left_out(f
 def test_a_scene_with_one_brdf_compiles_no_decision(f32):
     """Nothing asks which BRDF a material has: the id is never read, though the material says another one."""
     scene = tt.SceneData(three_squares(MATERIALS[:1]))
-    scene.material_library.brdf_ids[0] = 17
+    scene.material_library.brdf_ids[0, 0] = 17
     found = asked(scene, [[0.1, 0.2, 1]], [[0, 0, -1]], [[0, 0, 1]])[0]
     np.testing.assert_allclose(found[:3], np.array(MATERIALS[0].Kd) / np.pi, rtol=1e-6)
 

@@ -44,7 +44,7 @@ def wall():
 
     def render(estimator, ns):
         material = Material(Kd=tuple(KD), Ns=ns)
-        (library.brdf_ids[0],) = [i for i, b in enumerate(library.brdfs) if b.describes(material, np.float32)]
+        (library.brdf_ids[0, 0],) = [i for i, b in enumerate(library.brdfs) if b.describes(material, np.float32)]
         for column, value in enumerate(library.as_table([material])[0]):
             library.table[0, column] = value
         if estimator not in renderers:

@@ -108,3 +108,12 @@ def gives_nothing(function: Callable) -> bool:
     """Whether a function certainly returns no value; False where its text is unknown."""
     tree = tree_of(function)
     return tree is not None and not returns(tree) and not any(isinstance(n, ast.Yield) for n in ast.walk(tree))
+
+
+def is_empty(function: Callable) -> bool:
+    """Whether the body of a function is only ``pass``, ``...``, a docstring, or ``return None``."""
+    tree = tree_of(function)
+    if tree is None:
+        return False
+    words = [one for one in tree.body if not (isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant))]
+    return all(isinstance(one, ast.Pass | ast.Return) for one in words) and not returns(tree)
