@@ -27,6 +27,7 @@ from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import unfinished
 from taichi_tracer.tones.display import Display
 
 VIEW = "normal"  # what a picture shows when nobody says it
@@ -54,6 +55,7 @@ def find_views(text: str, paths: bool = False) -> tuple[View, ...]:
         InputError: a name that none of them offers.
     """
     offered = [(renderer_class, one) for renderer_class in renderers() for one in renderer_class.offered()]
+    offered.sort(key=lambda pair: is_second_choice(*pair), reverse=True)
     known: dict[str, View] = {alias: (cls, one) for cls, one in offered for alias in one.aliases}
     known |= {one.name: (cls, one) for cls, one in offered}
     usual = known[(A4Renderer if paths else A3Renderer).first]
@@ -66,6 +68,11 @@ def find_views(text: str, paths: bool = False) -> tuple[View, ...]:
         if name not in known:
             raise one_of(kinds_of_views(), name, [*view_names(), ALL])
     return tuple(known[name] for name in text.split(","))
+
+
+def is_second_choice(renderer_class: type[ProgressiveRenderer], one: Integrator) -> bool:
+    """Whether another renderer shows this, if it can: a student has not written this one, or only A2 has the mode."""
+    return "shade_ray" in unfinished(renderer_class) or (one.microfacets and renderer_class is A3Renderer)
 
 
 def kinds_of_views() -> str:

@@ -13,6 +13,7 @@ from taichi.lang import kernel_impl
 
 import taichi_tracer as tt
 from taichi_tracer.course import borders, files
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import unfinished
@@ -94,9 +95,13 @@ class Course:
         """Use the files, or only one of them."""
         for name, members in self._members.items():
             for member, value in members.items() if file in (None, self._home[name]) else ():
-                cls = CLASSES[name]
-                self._former.append((cls, member, vars(cls).get(member, ABSENT)))
-                setattr(cls, member, value)
+                self._assign(CLASSES[name], member, value)
+        if "A3Renderer" not in self._members:  # it derives from A2Renderer, and its modes have other numbers
+            self._assign(tt.A3Renderer, "shade_ray", vars(ProgressiveRenderer)["shade_ray"])
+
+    def _assign(self, cls: Any, member: str, value: Any) -> None:
+        self._former.append((cls, member, vars(cls).get(member, ABSENT)))
+        setattr(cls, member, value)
 
     def undo(self) -> None:
         """Use the package's own methods again, for scenes and renderers that are made from now on."""

@@ -49,7 +49,7 @@ class LampChoice:
 
     Attributes:
         name: its name in the registry, which ``lamp_choice=`` takes.
-        geometry: the triangles and spheres of the scene; the scene sets it before it calls ``prepare``.
+        geometry, material_library: of the scene, which sets them before it calls ``prepare``.
         samples_points: whether it chooses the point on the lamp, too, as the handout's ``MeshLightSampler`` does. Then
             it has the methods ``sample_mesh_lights`` and ``evaluate_probability`` of that class.
         keeps_area: whether points are uniform in area on every triangle, as the handout asks (A3-2). If not, those on a
@@ -59,6 +59,7 @@ class LampChoice:
     kind, name, samples_points, keeps_area = "lamp choice", "", False, False
     required: tuple[str, ...] = ("choose", "probability")
     geometry: Any = None
+    material_library: Any = None
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the tables for the lamps of a scene. Called once, before the first kernel that asks for a choice."""
