@@ -2,7 +2,7 @@
 
 import dis
 
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import in_kernels, written
 
 MARK = "not_written"  # the name of the function, as it stands in the code of a stub
 OF_GRADERS = "NotImplementedError"  # nbgrader raises it where it has cut out a solution
@@ -61,7 +61,7 @@ def plain(method: object) -> object:
 
 def is_placeholder(cls: type, name: str) -> bool:
     """Whether a method is still that of the base code: it reads none of its arguments, or it calls one that does so."""
-    methods = {word: plain(getattr(cls, word, None)) for word in dir(cls)}
+    methods = {word: plain(written(cls, word)) for word in dir(cls)}
     called = set(methods[name].__code__.co_names) & set(methods) - {name}
     return any(reads_nothing(methods[word]) for word in (name, *called) if hasattr(methods[word], "__code__"))
 
