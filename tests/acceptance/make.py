@@ -1,4 +1,4 @@
-"""Make ``means.json``: ``python -m acceptance.make [quick | CASE…]``, run in ``tests``; no word makes all cases."""
+"""Make ``means.json``: ``python -m acceptance.make [missing | CASE…]``, run in ``tests``; no word makes all."""
 
 import json
 import sys
@@ -25,17 +25,19 @@ def rounded(values) -> list[float]:
 
 
 def main() -> None:
-    """Write what is asked into the file."""
+    """Write what is asked into the file, case by case."""
     warnings.simplefilter("ignore")
     tt.init("cpu")
-    asked = cases.quick() if sys.argv[1:] == ["quick"] else sys.argv[1:] or cases.names()
     file = cases.known() if cases.FILE.exists() else {}
-    maker = cases.Maker(effects="all")
+    asked = sys.argv[1:] or cases.names()
+    if asked == ["missing"]:
+        asked = [case for case in cases.names() if case not in file]
+    maker = cases.Maker()
     for case in asked:
         file[case] = entry(maker, case)
-    order = [case for case in cases.names() if case in file]
-    lines = [f"{json.dumps(case)}: {json.dumps(file[case], separators=(',', ':'))}" for case in order]
-    cases.FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+        order = [known for known in cases.names() if known in file]
+        lines = [f"{json.dumps(case)}: {json.dumps(file[case], separators=(',', ':'))}" for case in order]
+        cases.FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
