@@ -61,16 +61,19 @@ class Maker:
     """Makes pictures; a scene is loaded once.
 
     Args:
+        is_quick: whether scenes of a few triangles are lit without a hierarchy, whose kernels take longer to compile.
         options: of every scene.
     """
 
-    def __init__(self, **options) -> None:
-        self.options, self.scenes = options, {}
+    def __init__(self, is_quick: bool = False, **options) -> None:
+        self.is_quick, self.options, self.scenes = is_quick, options, {}
 
     def scene(self, name: str, is_lit: bool) -> tt.SceneData:
         """A shipped scene, under the environment "studio" if it is lit; the forest has light of its own."""
         if (name, is_lit) not in self.scenes:
             light = {"environment": "studio"} if is_lit and name != "rt3/forest" else {}
+            if is_lit and self.is_quick and name in ("cube", "white_room"):
+                light |= {"intersector": "brute_force", "triangle_test": "moller_trumbore"}
             self.scenes[name, is_lit] = tt.load_scene_data(name, **light, **self.options)
         return self.scenes[name, is_lit]
 

@@ -10,6 +10,7 @@ SQUARE = [[0, 1, 2], [0, 2, 3]]
 FLOOR = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
 ABOVE = {"eye": (0, 2, 0), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 60}
 GRAY = (0.5, 0.5, 0.5)
+FEW = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # of a few triangles: small kernels
 # A mean of n samples is compared with its value at 4 standard deviations, found from the pixels themselves: a right
 # package with other random numbers fails with a probability below 1e-4.
 DEVIATIONS = 4.0
@@ -26,7 +27,7 @@ def shown(scene, renderer=tt.A2Renderer, estimator="mis", spp=16, view=None, siz
 
 def floor(material=None, **options):
     """A large square that faces up."""
-    return tt.scene_from_mesh(FLOOR, SQUARE, material=material or tt.Material(Kd=GRAY), **options)
+    return tt.scene_from_mesh(FLOOR, SQUARE, material=material or tt.Material(Kd=GRAY), **FEW, **options)
 
 
 def is_mean(values, right) -> bool:
@@ -39,12 +40,14 @@ def test_a_diffuse_surface_in_a_white_furnace():
     assert np.allclose(image, 0.5, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["uniform", "hemisphere", "environment"])
 def test_every_way_to_sample_has_the_mean_of_the_furnace(estimator):
     image, _ = shown(floor(environment="white"), estimator=estimator, spp=64)
     assert is_mean(image[..., 0], 0.5)
 
 
+@pytest.mark.slow
 def test_a_glossy_surface_reflects_what_the_integral_of_its_lobe_says():
     material = tt.Material(Kd=GRAY, Ns=20)
     image, points = shown(floor(material, environment="white"), spp=64, estimator="brdf")
@@ -55,21 +58,24 @@ def test_a_glossy_surface_reflects_what_the_integral_of_its_lobe_says():
     assert right.max() == pytest.approx(0.5 * 21 / 22, rel=2e-3)
 
 
-def test_a_closed_room_is_a_geometric_sum():
+@pytest.mark.parametrize("path", ["implicit", pytest.param("path", marks=pytest.mark.slow)])
+def test_a_closed_room_is_a_geometric_sum(path):
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [(0, 4, 5, 1), (2, 3, 7, 6), (0, 1, 3, 2), (4, 6, 7, 5), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))]
     material = tt.Material(Kd=GRAY, Ke=(1, 1, 1))
-    room = tt.scene_from_mesh(corners, faces, material=material, environment="black", two_sided_lamps=True)
+    room = tt.scene_from_mesh(corners, faces, material=material, environment="black", two_sided_lamps=True, **FEW)
     view = {"eye": (0, 0, 0), "at": (0, 0.2, 1), "up": (0, 1, 0), "fov": 60}
     for bounces in (0, 1, 3):
-        image, _ = shown(room, tt.A4Renderer, "implicit", view=view, max_bounces=bounces)
-        assert np.allclose(image, lamps.room_radiance(1, 0.5, bounces), rtol=1e-4)
-    image, _ = shown(room, tt.A4Renderer, "path", view=view, spp=64, max_bounces=3)
-    assert is_mean(image[..., 0], lamps.room_radiance(1, 0.5, 3))
+        image, _ = shown(room, tt.A4Renderer, path, view=view, spp=64, max_bounces=bounces)
+        right = lamps.room_radiance(1, 0.5, bounces)
+        assert is_mean(image[..., 0], right) if path == "path" else np.allclose(image, right, rtol=1e-4)
 
 
-@pytest.mark.parametrize("kind", ["point", "spot", "directional"])
+KINDS = ["point", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("spot", "directional"))]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_lights_without_size_above_a_plane(kind):
     point = tt.PointLight(position=(0.5, 2, 0), intensity=3)
     spot = tt.SpotLight(position=(0.5, 2, 0), target=(0.5, 0, 0), intensity=3, cutoff=30, falloff=10)
@@ -84,13 +90,13 @@ def test_lights_without_size_above_a_plane(kind):
     assert np.allclose(image[..., 1], right, rtol=1e-3, atol=1e-5)
 
 
-@pytest.mark.parametrize("estimator", ["environment", "mis"])
+@pytest.mark.parametrize("estimator", ["mis", pytest.param("environment", marks=pytest.mark.slow)])
 def test_a_square_lamp_lights_a_plane_as_lambert_said(estimator):
     lamp = np.array([[-1, 3, -1], [1, 3, -1], [1, 3, 1], [-1, 3, 1]], float)
     mesh = tt.Mesh(np.vstack([FLOOR, lamp]), np.array([*SQUARE, *(np.array(SQUARE) + 4)]))
     mesh.materials = [tt.Material(Kd=GRAY), tt.Material(Kd=(0, 0, 0), Ke=(2, 4, 6))]
     mesh.face_materials = np.array([0, 0, 1, 1])
-    image, points = shown(tt.SceneData(mesh, environment="black"), tt.A3Renderer, estimator, 64, size=(8, 8))
+    image, points = shown(tt.SceneData(mesh, environment="black", **FEW), tt.A3Renderer, estimator, 64, size=(8, 8))
     up = np.array([0.0, 1, 0])
     right = np.reshape([lamps.polygon_irradiance(x, up, lamp) for x in points.reshape(-1, 3)], (8, 8))
     for channel, emitted in enumerate((2, 4, 6)):

@@ -11,8 +11,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 @pytest.fixture(scope="module")
 def maker():
-    """Scenes as they are loaded without options."""
-    return cases.Maker()
+    """Scenes as they are loaded without options, but for those with a few triangles."""
+    return cases.Maker(is_quick=True)
 
 
 @pytest.mark.parametrize("case", cases.quick())
@@ -41,20 +41,37 @@ def test_the_comparison_notices_a_twentieth_more_light_and_two_exchanged_columns
     assert cases.wrong("A1 cornell_box normal", 1.02 * maker.blocks("A1 cornell_box normal")) != ""
 
 
+@pytest.mark.slow
 def test_the_second_renderer_has_the_pictures_of_the_third(maker):
     scene = maker.scene("specular_spheres", True)
     renderer = tt.A2Renderer(scene_data=scene, width=32, height=32, seed=1)
     assert cases.wrong("A3 specular_spheres mis", cases.blocks(renderer.use("mis").render(256).image())) == ""
 
 
-def test_a_map_counts_what_a_ray_visits(maker):
-    maps = tt.MapRenderer(scene_data=maker.scene("cube", False), width=32, height=32)
+@pytest.mark.parametrize("intersector", ["brute_force", pytest.param("bvh", marks=pytest.mark.slow)])
+def test_a_map_counts_the_triangles_that_a_ray_asks(intersector):
+    scene = tt.load_scene_data("cube", intersector=intersector)
+    maps = tt.MapRenderer(scene_data=scene, width=32, height=32)
     maps.of = "normal"
-    hit = np.isfinite(tt.A1Renderer(maker.scene("cube", False), 32, 32).aov("distance"))
     triangles = np.asarray(maps.use("triangles").render().image())[..., 0]
-    assert (triangles == np.round(triangles)).all()
-    assert (triangles[hit] >= 1).mean() > 0.9  # a ray through another point of the pixel may miss
-    assert triangles.max() <= 12
+    if intersector == "brute_force":
+        assert (triangles == 12).all()
+    else:
+        hit = np.isfinite(tt.A1Renderer(scene, 32, 32).aov("distance"))
+        assert (triangles == np.round(triangles)).all()
+        assert (triangles[hit] >= 1).mean() > 0.9  # a ray through another point of the pixel may miss
+        assert triangles.mean() < 12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in tt.MapRenderer.names() if name != "triangles"])
+def test_every_map_is_finite_and_shows_the_scene(name):
+    maps = tt.MapRenderer(scene_data=tt.load_scene_data("cornell_box"), width=32, height=32)
+    maps.of = "mis"
+    image = np.asarray(maps.use(name).render(4).image())
+    assert np.isfinite(image).all()
+    assert (image >= 0).all()
+    assert image.max() > 0 or name == "below_horizon"
 
 
 @pytest.mark.slow

@@ -139,16 +139,16 @@ def an_eighth(self, hit_data):
 
 
 def is_even(wrong, right):
-    """One colour in all pixels, which are not so with the right method."""
-    return np.ptp(wrong, (0, 1)).max() < 1e-6 < np.ptp(right, (0, 1)).max() and wrong.max() > 0
+    """One colour in all pixels."""
+    return np.ptp(wrong, (0, 1)).max() < 1e-6 and wrong.max() > 0
 
 
 def is_black(wrong, right):
-    return wrong.max() == 0 < right.max()
+    return wrong.max() == 0
 
 
 def is_green(wrong, right):
-    return wrong[..., [0, 2]].max() == 0 < wrong[..., 1].min() and right[..., 0].min() > 0
+    return wrong[..., [0, 2]].max() == 0 < wrong[..., 1].min()
 
 
 def is_eighth(wrong, right):
@@ -163,7 +163,7 @@ def is_direction(wrong, right):
 
 
 def is_from_above(wrong, right):
-    """The normal of the floor in every pixel, and 4 units away in the middle of it."""
+    """The floor is 4 units away in the middle."""
     return np.allclose(wrong[7:9, 7:9], 0.4, atol=0.01)
 
 
@@ -174,11 +174,11 @@ def is_near(wrong, right):
 
 def times(factor):
     """The same samples, times a factor."""
-    return lambda wrong, right: np.allclose(wrong, factor * right, rtol=2e-3) and right.max() > 0
+    return lambda wrong, right: np.allclose(wrong, factor * right(), rtol=2e-3) and right().max() > 0
 
 
 def is_other(wrong, right):
-    return np.isfinite(wrong).all() and abs(wrong - right).max() > 0.02 * right.max()
+    return np.isfinite(wrong).all() and abs(wrong - right()).max() > 0.02 * right().max()
 
 
 @dataclass(frozen=True)
@@ -300,9 +300,20 @@ def check(case: Case, way: str) -> None:
     with replaced(case, way) as options:
         wrong = picture(case, *options)
     key = case.renderer, case.shows, case.slot == "lamps"
-    if key not in RIGHT:
-        RIGHT[key] = picture(case, {}, {}, getattr(tt, case.renderer))
-    assert case.seen(wrong, RIGHT[key]), (wrong[8, ::5], RIGHT[key][8, ::5])
+
+    def right():
+        if key not in RIGHT:
+            RIGHT[key] = picture(case, {}, {}, getattr(tt, case.renderer))
+        return RIGHT[key]
+
+    assert case.seen(wrong, right), wrong[8, ::5]
+
+
+@pytest.mark.parametrize("case", [CASES[0], CASES[8], CASES[10]], ids=str)
+def test_the_right_picture_is_not_even(case):
+    """So a picture of one colour is another picture."""
+    right = picture(case, {}, {}, getattr(tt, case.renderer))
+    assert np.ptp(right, (0, 1)).max() > 1e-3
 
 
 @pytest.mark.parametrize(("case", "way"), QUICK, ids=str)

@@ -34,7 +34,7 @@ def test_the_interval_of_the_error_has_the_true_error(name):
 
 
 def test_a_picture_ends_at_the_error_that_is_asked_for():
-    scene = tt.load_scene_data("cube", environment="white")
+    scene = tt.load_scene_data("cube", environment="white", intersector="brute_force")
     renderer = tt.A2Renderer(scene_data=scene, width=16, height=16).use("mis").render(error=0.05)
     assert renderer.error() <= 0.05
     assert renderer.error().low <= renderer.error() <= renderer.error().high
@@ -83,6 +83,7 @@ def test_the_receipt_says_what_is_compiled_and_what_is_left_out(capsys):
     assert any("3" in line and "bounce" in line for line in paths.receipt())
 
 
+@pytest.mark.slow
 def test_an_explanation_adds_up_to_the_pixel(capsys, tmp_path):
     words = ["explain", "cube", "--environment", "studio", "--estimator", "brdf", "--size", "16x16", "--spp", "2"]
     assert command(*words, "--pixel", "8", "8", "--arch", "cpu", "--json", tmp_path / "x.json") == 0
@@ -101,6 +102,7 @@ def test_two_pictures_are_compared(capsys, tmp_path):
     assert "%" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_samples_of_a_checkpoint_go_on(tmp_path, monkeypatch):
     """Four samples and four more are the picture of eight; and two halves are merged to the same."""
     monkeypatch.chdir(tmp_path)
