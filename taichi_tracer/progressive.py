@@ -38,6 +38,7 @@ from taichi_tracer.system.own_code.values import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, stage
+from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
 from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
@@ -111,6 +112,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     value_names: tuple[str, ...] = ()  # which of ``values.VALUES`` it has
     scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
+    @one_at_a_time
     @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
         self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
@@ -339,6 +341,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
         self.plan.take(index, count)
 
+    @one_at_a_time
     def add_range(self, first: int, end: int) -> None:
         """Take the samples ``first`` ≤ index < ``end`` of every pixel, several at once where the plan says so."""
         while first < end:
@@ -396,6 +399,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.film.reset()
         self.error_curves.begin(self.active.name, self.state()[2:])
 
+    @one_at_a_time
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
         with stage(LIGHTS, waits=True):

@@ -48,6 +48,7 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
 from taichi_tracer.system.seams import replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
+from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures
 
 if TYPE_CHECKING:
@@ -84,6 +85,7 @@ class SceneData(KnownAttributes):
 
     from_python = RayIntersector.from_python
 
+    @one_at_a_time
     @with_options(SceneOptions, SCENE_DEFAULTS)
     def __init__(self, mesh: Mesh, **options: "Unpack[SceneOptions]") -> None:
         given = all_options("SceneData", options, SCENE_DEFAULTS)
@@ -263,6 +265,7 @@ class SceneData(KnownAttributes):
         """Raise a StaleSceneError if Taichi was initialised again after the scene was made."""
         self._memory.check("scene")
 
+    @one_at_a_time
     def destroy(self) -> None:
         """Free the scene's memory now; it cannot be used afterwards."""
         self._memory.free()
@@ -274,6 +277,7 @@ class SceneData(KnownAttributes):
         """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
         return self.ray_intersector.query_ray(ray)
 
+    @one_at_a_time
     def intersect(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> RayHits:
@@ -293,6 +297,7 @@ class SceneData(KnownAttributes):
         hits.is_backfacing = hits.is_backfacing.astype(bool)
         return hits
 
+    @one_at_a_time
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> np.ndarray:

@@ -10,7 +10,6 @@ from support import start
 from taichi_tracer.fast.kept_forms import KEPT
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.taichi_17 import kept
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +29,6 @@ def precision(request):
 def forms_of_no_other_process():
     """What other processes compiled on this machine does not choose the forms of the tests' pictures."""
     KEPT._known, KEPT.path = {}, lambda: None
-
-
-@pytest.fixture(scope="session", autouse=True)
-def readings_of_no_other_process():
-    """Kernels are read in the tests' own process, whose methods some tests replace."""
-    kept.package_files = lambda: None
 
 
 @pytest.fixture(scope="module", autouse=True)

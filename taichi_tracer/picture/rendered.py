@@ -19,6 +19,7 @@ from taichi_tracer.picture.looks import looks_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.stopwatch import ERROR, stage
+from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display, fitting_exposure
@@ -88,6 +89,7 @@ class RenderedPicture:
         """How many samples were not finite and therefore not added; ``film.non_finite_samples`` lists them."""
         return self.film.non_finite
 
+    @one_at_a_time
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
         with stage(ERROR, waits=True):
@@ -140,6 +142,7 @@ class RenderedPicture:
         if not (self.srgb and self.is_random):
             raise InputError(f"{how}: {self.active.name} is no picture of light with noise")
 
+    @one_at_a_time
     def image(self) -> Picture:
         """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.
 
@@ -150,6 +153,7 @@ class RenderedPicture:
             self.render()
         return Picture(self.film.image(), self.srgb)
 
+    @one_at_a_time
     def aov(self, name: str) -> np.ndarray:
         """A raw array: what the rays through the centres of the pixels hit, whatever the picture shows.
 

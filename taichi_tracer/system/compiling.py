@@ -1,8 +1,7 @@
 """How long Taichi has made machine code of kernels: which kernels, and what a second run need not do again.
 
 The first call of a kernel has two parts. Python reads the source of the kernel and builds Taichi's own program. Then
-Taichi translates this program into machine code, which it keeps in a folder, so that another process finds it there. Of
-large kernels, ``taichi_17.kept`` keeps the first part as well. A second run is spared what is kept.
+Taichi translates this program into machine code, which it keeps in a folder, so that another process finds it there.
 
 ``taichi_17.kernels`` notes both parts here. Without it, no kernel is known, and no seconds either.
 """
@@ -32,8 +31,6 @@ class Kernel:
         reading: the seconds in which Python read it.
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
         processor: the seconds of the processor of the same, which other programs do not make longer.
-        reading_before: the seconds in which Python read it in another process, which has spared this one.
-        is_kept: whether other processes are spared the reading, too.
     """
 
     name: str
@@ -41,13 +38,11 @@ class Kernel:
     reading: float = 0.0
     translating: float = 0.0
     processor: float = 0.0
-    reading_before: float = 0.0
-    is_kept: bool = False
 
     @property
     def is_new(self) -> bool:
         """Whether it took so long that it was not found in the folder."""
-        return self.processor > max(LOADED, LOADED_SHARE * max(self.reading, self.reading_before))
+        return self.processor > max(LOADED, LOADED_SHARE * self.reading)
 
 
 class Watcher(Protocol):
@@ -66,17 +61,16 @@ _seconds = 0.0  # of reading and of translating, for all kernels so far
 _by_id: dict[int, Kernel] = {}
 
 
-def note_reading(made: Any, name: str, read_at: float, reading: float, before: float = 0.0) -> None:
+def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
     """Python has read a kernel.
 
     Args:
         made: Taichi's object of the kernel. name: of its function.
         read_at: the value of ``time.perf_counter`` when it began. reading: the seconds that it took.
-        before: the seconds that it took in another process, if this one has not read it.
     """
     global _seconds
     _seconds += reading
-    _by_id[id(made)] = Kernel(name, read_at, reading, reading_before=before)
+    _by_id[id(made)] = Kernel(name, read_at, reading)
     _kernels.append(_by_id[id(made)])
 
 
@@ -111,12 +105,6 @@ def note_translating(made: Any, seconds: float, processor: float) -> None:
         _spent.append(seconds)
 
 
-def note_kept(made: Any) -> None:
-    """The reading of ``made``, Taichi's object of a kernel, is kept: no other process reads it if it is new."""
-    if id(made) in _by_id:
-        _by_id[id(made)].is_kept = True
-
-
 def seconds_spent() -> float:
     """The seconds in which kernels were read, and translated or loaded, since this process began."""
     return _seconds
@@ -124,7 +112,7 @@ def seconds_spent() -> float:
 
 def seconds_to_save() -> float:
     """The seconds that were spent on kernels that were not in the folder, so that another process is spared them."""
-    return sum(_spent) + sum(kernel.reading for kernel in _kernels if kernel.is_kept and kernel.is_new)
+    return sum(_spent)
 
 
 def kernels_made() -> int:

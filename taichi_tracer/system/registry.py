@@ -24,6 +24,7 @@ from typing import TypeVar
 from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned, check_part, replaced, unfinished
+from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
@@ -145,6 +146,7 @@ class Registry:
         replaced(made)
         return made
 
+    @one_at_a_time
     def _load(self, kind: str) -> None:
         """Import the modules of a kind's home, and put their parts in the order of the files, not of their imports."""
         if kind in self._loaded:

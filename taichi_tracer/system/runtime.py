@@ -26,6 +26,7 @@ from taichi_tracer.system import processors, trial
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import quick_frames
+from taichi_tracer.system.threads import one_at_a_time
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -62,6 +63,7 @@ class Settings:
         return f"{self.arch}, {self.precision}, fast_math={self.fast_math}"
 
 
+@one_at_a_time
 def init(
     arch: str = "auto",
     precision: str = "f32",
@@ -199,6 +201,7 @@ def go_on_with_the_cpu(reason: str) -> bool:
     return True
 
 
+@one_at_a_time
 def ensure() -> Settings:
     """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
     check_not_forked()

@@ -178,12 +178,6 @@ class Launch:
         self.places = places
         return min(places, default=0) >= 0
 
-    def bare(self) -> "Launch":
-        """The same without fields and owners, whose places it knows."""
-        made = copy.copy(self)
-        made.fields, made.owners = [None] * len(self.fields), [None] * len(self.owners)  # type: ignore[list-item]
-        return made
-
     def is_alive(self) -> bool:
         """Whether all its fields have memory."""
         found = [reference() for reference in self.fields]

@@ -15,6 +15,7 @@ import taichi as ti
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import CannotCompileError
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
+from taichi_tracer.system.threads import one_at_a_time as one_at_a_time
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 
@@ -27,8 +28,7 @@ def counting_reading(create: Callable) -> Callable:
         start = perf_counter()
         with stage(KERNELS_READ):
             made = create(program, build, name, *words)
-        function, before = getattr(build, "read_before", (function_name(build, name), 0.0))
-        compiling.note_reading(made, function, start, perf_counter() - start, before)
+        compiling.note_reading(made, function_name(build, name), start, perf_counter() - start)
         return made
 
     return created

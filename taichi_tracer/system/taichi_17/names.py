@@ -5,13 +5,19 @@ they use may be a constant of the kernel.
 """
 
 import inspect
+import sys
 import types
 from collections.abc import Iterator
 from typing import Any
 
+from taichi.lang.matrix import MatrixType
+from taichi.lang.struct import StructType
+
 from taichi_tracer.system.seams import runs_in_kernels
-from taichi_tracer.system.taichi_17.questions import NUMBERS, Notes, One, Question
-from taichi_tracer.system.taichi_17.words import OWN, is_home, word
+from taichi_tracer.system.taichi_17.questions import FOREVER, NUMBERS, Notes, One, Question
+
+OWN = "taichi_tracer"
+HOMES = {OWN, "taichi", "numpy", *sys.stdlib_module_names}  # packages whose objects nobody exchanges by calls
 
 
 def note(notes: Notes) -> None:
@@ -46,6 +52,11 @@ def questions_of(notes: Notes) -> Iterator[tuple[Question, Any]]:
                 wanted = constant(value) if is_home(function.__module__) else notes.described(value)
                 if wanted is not None:
                     yield question, wanted
+
+
+def is_home(module: str) -> bool:
+    """Whether a module belongs to one of ``HOMES``."""
+    return module.partition(".")[0] in HOMES
 
 
 def has_attributes(value: Any, is_own: bool) -> bool:
@@ -91,4 +102,4 @@ def constant(value: Any) -> Any:
         elements = [constant(one) for one in value]
         return None if None in elements else (tuple, elements)
     home = value.__module__ if isinstance(value, type) else type(value).__module__
-    return One(value) if word(value) or isinstance(value, types.FunctionType) or not is_home(home) else None
+    return One(value) if isinstance(value, (*FOREVER, MatrixType, StructType)) or not is_home(home) else None

@@ -23,7 +23,6 @@ from taichi_tracer.system.errors import one_of
 VARIABLE = "TAICHI_TRACER_PATCHES"
 VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
 COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
-PARAMETERS = "scalar", "ndarray", "pointer", "texture", "rw_texture"  # kinds of them that Taichi's kernels have
 MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
 
 
@@ -106,17 +105,9 @@ PATCHES = (
         then="arguments:use",
     ),
     Patch(
-        "readings",
-        "0.3 s with all others: what the reading of a kernel asks is kept, and no other process reads it",
-        {
-            "taichi._lib:core.Program.create_kernel": (COMPILED, "kept:naming"),
-            "taichi._lib:core.Program.finalize": (COMPILED, "kept:finishing"),
-            "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "kept:noting_launch"),
-            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "shared:launching"),
-            **{f"taichi._lib:core.Kernel.insert_{kind}_param": (COMPILED, "kept:inserting") for kind in PARAMETERS},
-        },
-        needs=("taichi._lib:core.ASTBuilder.create_kernel_exprgroup_return",),
-        then="kept:use",
+        "threads",
+        "no time: kernels of several threads are read, translated and launched one after the other",
+        {"taichi.lang.kernel_impl:Kernel.__call__": ("self args kwargs", "kernels:one_at_a_time")},
     ),
     Patch(
         "bounds",

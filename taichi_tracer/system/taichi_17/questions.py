@@ -21,7 +21,6 @@ from taichi.lang.struct import Struct, StructField, StructType
 
 from taichi_tracer.system import arrays
 from taichi_tracer.system.seams import LISTENERS, replaced
-from taichi_tracer.system.taichi_17.words import trees
 from taichi_tracer.system.varying import KINDS
 
 MOST_NUMBERS = 4096  # of an array that may be a constant of a kernel; larger ones are the same if they are one object
@@ -180,7 +179,6 @@ class Notes:
     def objects_of(self, arguments: tuple[Any, ...]) -> list[Any] | None:
         """The objects that other arguments lead to, by the same questions; None if an answer is another one."""
         found: dict[int, Any] = {}
-        trees.clear()
         try:
             for value, wanted in zip(arguments, self.first, strict=True):
                 compare(value, wanted, found)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from taichi_tracer.system import arrays
-from taichi_tracer.system.taichi_17 import kept, names
+from taichi_tracer.system.taichi_17 import names
 from taichi_tracer.system.taichi_17.questions import Notes, noting
 
 MOST_KERNELS = 8  # kernels that are remembered for each function
@@ -63,25 +63,19 @@ def sharing(usual: Callable) -> Callable:
                     self.compiled_kernels[key] = one.kernel
                     launches(self)[key] = launch
                     return
-        if (old := kept.find(self, objects, features)) is not None:
-            notes, self.compiled_kernels[key], launches(self)[key] = old
-            remember(self, Known(notes, self.compiled_kernels[key], launches(self)[key], features))
-            return
         notes = Notes(objects)
         noting.append(notes)
-        with kept.reading(self, features) as keep:
-            try:
-                usual(self, key=key, args=args, arg_features=arg_features)
-                names.note(notes)
-            finally:
-                noting.pop()
-                notes.end()
-            kernel = self.compiled_kernels[key]
-            launch = arguments_of(kernel)
-            if launch is None or launch.know(notes.numbers):
-                keep(notes, kernel, launch)
-                notes.forget_objects()
-                remember(self, Known(notes, kernel, launch, features))
+        try:
+            usual(self, key=key, args=args, arg_features=arg_features)
+            names.note(notes)
+        finally:
+            noting.pop()
+            notes.end()
+        kernel = self.compiled_kernels[key]
+        launch = arguments_of(kernel)
+        if launch is None or launch.know(notes.numbers):
+            notes.forget_objects()
+            remember(self, Known(notes, kernel, launch, features))
 
     return materialize
 
@@ -90,21 +84,6 @@ def remember(kernel: Any, known: Known) -> None:
     """Remember a kernel that was read, and forget the one that was read first."""
     kernel.known.insert(0, known)
     del kernel.known[MOST_KERNELS:]
-
-
-def launching(launch: Callable) -> Callable:
-    """``Kernel.launch_kernel``, which reads and launches a kernel whose code was not in the folder, see ``kept``."""
-
-    @functools.wraps(launch)
-    def launched(self: Any, made: Any, *arguments: Any) -> Any:
-        found = launch(self, made, *arguments)
-        if not kept.did_nothing(made):
-            return found
-        for key in [key for key, one in self.compiled_kernels.items() if one is made]:
-            forget(self, key, made)
-        return launched(self, self.compiled_kernels[self.ensure_compiled(*arguments)], *arguments)
-
-    return launched
 
 
 def forget(kernel: Any, key: Any, made: Any) -> None:

@@ -27,15 +27,6 @@ def test_only_what_was_not_found_counts(monkeypatch):
     assert compiling.seconds_to_save() == pytest.approx(1.5)
 
 
-def test_a_reading_that_is_kept_is_saved_with_the_code():
-    for made, is_kept, processor in (("new", True, 1.0), ("found", True, 0.0), ("own", False, 1.0)):
-        compiling.note_reading(made, made, 0.0, 0.25)
-        if is_kept:
-            compiling.note_kept(made)
-        compiling.note_translating(made, processor, processor)
-    assert compiling.seconds_to_save() == pytest.approx(1.0 + 1.0 + 0.25)
-
-
 def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     ticks, busy = iter([1.0, 1.5, 2.0, 2.01, 3.0, 3.1, 4.0, 5.0, 6.0, 9.0]), iter([0.0, 0.01, 1.0, 1.5, 2.0, 2.0])
     monkeypatch.setattr(kernels, "perf_counter", lambda: next(ticks))
