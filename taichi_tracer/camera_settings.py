@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from taichi.lang import impl
 from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
@@ -18,6 +17,7 @@ from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.seams import replaced, runs_in_kernels
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.system.types import Numbers
 from taichi_tracer.system.varying import varying
 
@@ -189,7 +189,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         return self._vector("up", 6)
 
     def _vector(self, name: str, first: int) -> Any:
-        if impl.inside_kernel():
+        if inside_kernel():
             return tm.vec3([element(self._numbers, first + k) for k in range(3)])
         return getattr(self.view, name).copy()
 
@@ -198,7 +198,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         """Vertical field of view in degrees; a new one replaces a window. Parallel rays have none."""
         if self.is_parallel:
             raise AttributeError(f"{type(self).__name__} has no fov, because its rays are parallel: see screen_window")
-        return element(self._numbers, 9) if impl.inside_kernel() else self.view.angle(self.width / self.height)
+        return element(self._numbers, 9) if inside_kernel() else self.view.angle(self.width / self.height)
 
     @Setting
     def handedness(self) -> Any:

@@ -9,7 +9,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
-from taichi.lang import impl
 
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
@@ -20,6 +19,7 @@ from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.system.varying import varying
 
 LOOKUPS = ("nearest", "bilinear")
@@ -105,7 +105,7 @@ class Environment(KnownAttributes):
     @property
     def intensity(self) -> float:
         """The factor by which all radiance is multiplied; ``intensity[None]`` may be assigned, as in the course."""
-        if impl.inside_kernel():
+        if inside_kernel():
             return HeldExpr(element(self.settings, 0))
         return held(self._intensity, self.set_intensity)
 
@@ -136,7 +136,7 @@ class Environment(KnownAttributes):
     @property
     def image(self) -> Any:
         """The radiance of the texel [x, y], with y up: (w, h, 3); also in kernels."""
-        return TexelsFromBelow(self) if impl.inside_kernel() else self.pixels[::-1].transpose(1, 0, 2)
+        return TexelsFromBelow(self) if inside_kernel() else self.pixels[::-1].transpose(1, 0, 2)
 
     def precompute_envmap(self) -> None:
         """Nothing is left to do: the tables that samples of the environment need are made where they are first used."""

@@ -352,6 +352,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
                 self.add_sample(first, count)
             first += count
 
+    @one_at_a_time
     def render(
         self,
         spp: int | None = None,

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
-from taichi.lang import impl
 
 from taichi_tracer import modes
 from taichi_tracer.files.picture import Picture
@@ -20,6 +19,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.system.wings import wing
 from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, USUAL_LIGHT, WEIGHTS
 
@@ -61,7 +61,7 @@ class A1Renderer(ProgressiveRenderer):
     def max_distance(self) -> float:
         """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
         view: Any = self._own(PARTS.find("integrator", "distance"))
-        if not impl.inside_kernel():
+        if not inside_kernel():
             view.fit(self.scene_data, self.camera)
         return view.max_distance
 
@@ -256,7 +256,7 @@ class A3Renderer(A2Renderer):
         return self
 
     def _weight(self, which: int) -> Any:
-        if impl.inside_kernel():
+        if inside_kernel():
             return HeldExpr(self._one_sample().weight_in_kernels(which))
         return held(float(self._one_sample().weights[which]), functools.partial(self._assign_weight, which))
 
@@ -347,7 +347,7 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     rr_termination_probabilty = rr_termination_probability  # the course's spelling
 
     def _path_setting(self, name: str) -> Any:
-        if impl.inside_kernel():
+        if inside_kernel():
             return HeldExpr(self.path_settings.in_kernels(name))
         return held(self.path_settings[name], functools.partial(setattr, self, name))
 

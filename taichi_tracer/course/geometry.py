@@ -12,6 +12,7 @@ from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory
 from taichi_tracer.system.held import held
 from taichi_tracer.system.seams import called
+from taichi_tracer.system.threads import inside_kernel
 
 
 @ti.func
@@ -81,7 +82,7 @@ class FromOne:
         self.ids = ids
 
     def __getitem__(self, index: Any) -> Any:
-        return read_from_one(self.ids, index) if ti.lang.impl.inside_kernel() else self.ids[index] + 1
+        return read_from_one(self.ids, index) if inside_kernel() else self.ids[index] + 1
 
 
 @ti.func

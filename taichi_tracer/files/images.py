@@ -370,12 +370,13 @@ def _choose_part(oiio, file, path: Path) -> list[int]:
         names = list(spec.channelnames)
         for layer in dict.fromkeys(name.rpartition(".")[0] for name in names):
             layers += 1
-            channels = [f"{layer}.{c}" if layer else c for c in "RGB"]
-            if found is None and set(channels) <= set(names):
+            wanted = [f"{layer}.{c}" if layer else c for c in "RGB"]
+            if found is None and set(wanted) <= set(names):
                 label = ".".join(dict.fromkeys(one for one in (spec.getattribute("name"), layer) if one))
-                found = part, [names.index(c) for c in channels], label or ", ".join(channels)
+                found = part, [names.index(c) for c in wanted], label or ", ".join(wanted)
         part += 1
-    part, channels, label = found or (0, None, "the first")
+    channels: list[int]
+    part, channels, label = found or (0, [], "the first")
     file.seek_subimage(part, 0)
     if layers > 1:
         warnings.warn(f"{path}: of {layers} parts and layers, {label} is read", stacklevel=5)

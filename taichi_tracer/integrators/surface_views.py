@@ -9,13 +9,13 @@ import math
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from taichi.lang import impl
 
 from taichi_tracer.integrators.base import View
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import element
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.tones.heat import round_up
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within the following range
@@ -99,7 +99,7 @@ class Distance(View):
     @property
     def max_distance(self):
         """The distance that is white; see the class."""
-        if impl.inside_kernel():
+        if inside_kernel():
             return element(self._in_kernels, None)
         return self._fitting if self._chosen is None else self._chosen
 

@@ -17,6 +17,7 @@ from taichi.lang.util import to_numpy_type
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
+from taichi_tracer.system.threads import is_starter
 
 KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 # Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
@@ -100,6 +101,9 @@ class Memory:
         if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
             _free_orphans()
         self._lifetime = Lifetime()
+        scratch = scratch if is_starter() else ""
+        if not (arrays.are_possible() or is_starter()):
+            raise InputError("on this backend, scenes and renderers are made in the thread that started Taichi")
         self.scratch, self._shared, self._token = scratch, Shared(), object()
         self.has_arrays = not scratch and arrays.are_possible()
         self.fields: Any = arrays.Builder() if self.has_arrays or scratch else ti.FieldsBuilder()

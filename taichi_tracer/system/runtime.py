@@ -26,7 +26,7 @@ from taichi_tracer.system import processors, trial
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import quick_frames
-from taichi_tracer.system.threads import one_at_a_time
+from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -144,6 +144,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
     told = ti.ERROR if settings.arch == "cpu" else ti.CRITICAL  # what a GPU cannot compile is told by an error
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
+        note_start()
         ti.init(
             arch=getattr(ti, settings.arch),
             default_fp=getattr(ti, settings.precision),
@@ -154,6 +155,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),
         )
+        impl.get_runtime().materialize()  # here, because Taichi allows it in this thread alone
     return note
 
 
@@ -224,6 +226,8 @@ def _adopt() -> None:
             f"Taichi runs on {running.arch}, which has no f64: start it by ti.init(arch=ti.{running.arch}, "
             "default_fp=ti.f32), or on ti.cpu"
         )
+    if not (is_starter() or impl.get_runtime().materialized):
+        raise InputError("another thread has started Taichi: make the first scene there; then all threads may use it")
     config = impl.get_runtime().prog.config()
     for name, value in COMPILATION.items():
         setattr(config, name, value)

@@ -18,6 +18,7 @@ from taichi.lang.exception import TaichiSyntaxError
 
 from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code.interface import check_class, check_method, note_misspelt
+from taichi_tracer.system.threads import inside_kernel
 
 Class = TypeVar("Class", bound=type)
 Function = TypeVar("Function", bound=Callable)
@@ -72,7 +73,7 @@ def replaced(part) -> tuple[str, ...]:
     own = {} if isinstance(part, type) else getattr(part, "__dict__", {})
     shipped = _SHIPPED[home]
     names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
-    for name in names if not impl.inside_kernel() else ():  # there, Taichi would wrap the error
+    for name in names if not inside_kernel() else ():  # there, Taichi would wrap the error
         if callable(shipped[name]) and not isinstance(own.get(name, inspect.getattr_static(cls, name)), Unfinished):
             function: Any = own[name] if name in own else written(cls, name)
             try:
@@ -156,7 +157,8 @@ def fit(cls: type) -> None:
     for name in replaced(cls):
         owner = next(base for base in cls.__mro__ if name in vars(base))
         function: Any = written(owner, name)
-        if len(parameters(function)) < len(parameters(_SHIPPED[home][name])):
+        has_fewer = len(parameters(function)) < len(parameters(_SHIPPED[home][name]))
+        if has_fewer and not isinstance(vars(owner)[name], Unfinished):
             setattr(owner, name, Fitted(function))
 
 
@@ -210,7 +212,7 @@ def in_kernels(function: Function) -> Function:
 @in_kernels
 def variable(value):
     """A value that a function with ``in_kernels`` uses several times: kernels compute it once, and keep it."""
-    if not impl.inside_kernel():  # as Taichi says it of its own functions
+    if not inside_kernel():  # as Taichi says it of its own functions
         raise TaichiSyntaxError("Taichi functions cannot be called from Python-scope.")
     return impl.expr_init(value)
 
@@ -227,7 +229,7 @@ def in_kernels_as(inside: Callable) -> Callable[[Function], Function]:
     def decorate(method: Any) -> Any:
         @functools.wraps(method)
         def either(owner: object) -> Any:
-            return inside(owner) if impl.inside_kernel() else method(owner)
+            return inside(owner) if inside_kernel() else method(owner)
 
         return in_kernels(either)
 

@@ -5,8 +5,12 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from taichi.lang import impl
+
 Function = TypeVar("Function", bound=Callable)
 LOCK = threading.RLock()
+starter = threading.main_thread().ident  # the thread that has started Taichi: Taichi's own trees of fields are its
+_user: int | None = None  # the thread that has the lock
 
 
 def one_at_a_time(function: Function) -> Function:
@@ -14,7 +18,28 @@ def one_at_a_time(function: Function) -> Function:
 
     @functools.wraps(function)
     def called(*arguments: Any, **named: Any) -> Any:
+        global _user
         with LOCK:
-            return function(*arguments, **named)
+            former, _user = _user, threading.get_ident()
+            try:
+                return function(*arguments, **named)
+            finally:
+                _user = former
 
     return called  # type: ignore[return-value]
+
+
+def inside_kernel() -> bool:
+    """Whether this thread reads a kernel; another one may read one meanwhile."""
+    return impl.inside_kernel() and _user in (None, threading.get_ident())
+
+
+def note_start() -> None:
+    """Note that this thread starts Taichi."""
+    global starter
+    starter = threading.get_ident()
+
+
+def is_starter() -> bool:
+    """Whether this thread has started Taichi."""
+    return starter == threading.get_ident()

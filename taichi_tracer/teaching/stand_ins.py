@@ -17,6 +17,7 @@ from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics
 from taichi_tracer.teaching.rows import WHOLE, samples
@@ -170,7 +171,7 @@ class Guarded:
 
     def __getitem__(self, indices: Any) -> Any:
         """One element; Taichi asks for it when it compiles a kernel."""
-        if not ti.lang.impl.inside_kernel():
+        if not inside_kernel():
             return self.field[indices]
         is_pair = isinstance(indices, (tuple, list))
         return read_guarded(self.field, *indices) if is_pair else read_at(self.field, indices)

@@ -25,6 +25,7 @@ LIBRARIES = (
 
 def plain(function: Any) -> Any:
     """The Python function, without the decorators around it."""
+    function = getattr(function, "written", function)
     function = getattr(function, "__func__", function)
     while hasattr(function, "__wrapped__"):
         function = function.__wrapped__

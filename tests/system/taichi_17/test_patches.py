@@ -63,29 +63,6 @@ def test_another_version_is_left_alone(monkeypatch):
     assert {patches.why_not(patch) for patch in PATCHES} == {"Taichi 1.8.0 was not tried"}
 
 
-OTHER_TAICHI = """
-import taichi as ti
-from taichi.lang import impl, kernel_impl
-del kernel_impl.transform_tree
-kernel_impl.Func.call = kernel_impl.Func.__call__
-impl.get_traceback = lambda level, depth: ""
-ti.init = lambda **_: None
-import taichi_tracer as tt
-from taichi_tracer.system import runtime
-runtime.running_settings = lambda: None
-tt.init("cpu")
-print({name: why for name, why in runtime.patches().items() if why})
-"""
-
-
-def test_init_works_where_names_of_taichi_are_others(tmp_path):
-    told = eval(printed(copy_without(tmp_path), OTHER_TAICHI, TAICHI_TRACER_PATCHES=""))
-    assert told == {
-        "sources": "module 'taichi.lang.kernel_impl' has no attribute 'transform_tree'",
-        "messages": "taichi.lang.impl:get_traceback has the parameters (level depth), not (stacklevel)",
-    }
-
-
 # ── when they are replaced
 
 NAMES_BEFORE_INIT = """

@@ -2,10 +2,10 @@
 
 import numpy as np
 import taichi as ti
-from taichi.lang import impl
 
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
@@ -217,7 +217,7 @@ def write_scalar_now(of: ti.template()):
 @in_kernels
 def precompute_scalar(self):
     """The method that stands in place of a wrong one."""
-    (write_scalar if impl.inside_kernel() else write_scalar_now)(self)
+    (write_scalar if inside_kernel() else write_scalar_now)(self)
 
 
 def prepared(environment_class: type, inputs: Arrays):
