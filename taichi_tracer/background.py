@@ -33,7 +33,7 @@ class Background:
             row and column.
     """
 
-    def __init__(self, texels: ArrayLike, corners: bool = False, what: str = "background") -> None:
+    def __init__(self, texels: "ArrayLike", corners: bool = False, what: str = "background") -> None:
         runtime.ensure()
         self.what, self.corners = what, corners
         self.pixels = _checked(texels, what)

@@ -74,7 +74,7 @@ class ProjectiveCamera(CameraSettings):
         ti.static_assert(False, "a camera must say what ray_through(self, ndc) is")
         return Ray()
 
-    def rays(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    def rays(self, x: "ArrayLike", y: "ArrayLike") -> tuple[np.ndarray, np.ndarray]:
         """Origins and directions of the rays that ``generate_ray`` makes, without jitter; for ``scene.intersect``.
 
         Args:
@@ -115,7 +115,7 @@ class Camera(ProjectiveCamera):
     """
 
     name = "perspective"
-    default_fov = 60.0
+    default_fov, largest_fov = 60.0, 180.0  # degrees; a camera of your own, such as a fisheye, may take larger ones
 
     @ti.func
     def ray_through(self, ndc):
@@ -127,8 +127,8 @@ class Camera(ProjectiveCamera):
 
     @classmethod
     def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:
-        """Between 0 and 180 degrees. If there is a window too, the angle is ignored, and a warning says so (C-9)."""
-        return check_angle(fov, screen_window)
+        """Between 0 and ``largest_fov``. Beside a window, the angle is ignored, and a warning says so (C-9)."""
+        return check_angle(fov, screen_window, cls.largest_fov)
 
 
 PerspectiveCamera = Camera  # the name that RT3 uses (RT-1)

@@ -54,7 +54,7 @@ class Environment(KnownAttributes):
 
     def __init__(
         self,
-        image: ArrayLike,
+        image: "ArrayLike",
         intensity: float = 1.0,
         rotation: float = 0.0,
         lookup: str = "nearest",

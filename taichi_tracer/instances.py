@@ -57,7 +57,7 @@ class Instances:
     """
 
     mesh: Mesh
-    transforms: ArrayLike
+    transforms: "ArrayLike"
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):

@@ -12,6 +12,7 @@ from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.annotations import Spelled
 from taichi_tracer.system.errors import InputError, printable
+from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import element, in_kernels, replaced, variable
 from taichi_tracer.system.tables import Tables
 
@@ -23,8 +24,20 @@ class Unset(float):
     """A default that nobody has written: Ns of a material without this key."""
 
 
+class WithParameters(Spelled):
+    """A ``Material`` also takes the ``parameters`` of the registered BRDFs: ``Material(sigma=0.3)``."""
+
+    def __call__(cls, *values: Any, **named: Any) -> Any:
+        own = {one.lower() for brdf in PARTS.all("BRDF") for one in brdf.parameters} if named.keys() - FIELDS else ()
+        extra = {name: value for name, value in named.items() if name not in FIELDS and name.lower() in own}
+        rest = {name: value for name, value in named.items() if name not in extra}
+        if extra:
+            rest["extra"] = {**rest.get("extra", {}), **extra}
+        return super().__call__(*values, **rest)
+
+
 @dataclass(frozen=True, repr=False)
-class Material(metaclass=Spelled):
+class Material(metaclass=WithParameters):
     """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
 
     Attributes:
@@ -44,7 +57,8 @@ class Material(metaclass=Spelled):
         map_d: one whose texels are the opacity: all rays pass through triangles where its red is below 1/2.
         map_layer: one of which green is multiplied with the roughness √α, and blue with the metalness, as in glTF.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
-            here.
+            here: ``Material(sigma=0.3)`` is the same as ``Material(extra={"sigma": (0.3,)})``, if a BRDF that is
+            registered has a parameter ``sigma``.
     """
 
     name: str = "default"
@@ -71,6 +85,8 @@ class Material(metaclass=Spelled):
             vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
         if isinstance(self.F0, (int, float)):
             vars(self)["F0"] = (float(self.F0),) * 3
+        extra = {key.lower(): tuple(np.ravel(value).tolist()) for key, value in self.extra.items()}
+        vars(self)["extra"] = extra
         vars(self)["name"] = printable(str(self.name), keeps="")
         for name in COLORS:
             if not is_color(getattr(self, name)):
@@ -124,6 +140,7 @@ class Material(metaclass=Spelled):
         return numbers[0] if count == 1 else tuple(numbers)
 
 
+FIELDS = {*Material.__dataclass_fields__}  # what ``Material`` takes without any BRDF of its own
 # The members of a material that all kernels know: not the name, textures, and the keys that only some BRDFs read.
 BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", *TEXTURES, "extra")}
 

@@ -5,6 +5,7 @@ checker then know every name and type, as if they stood in the signature; with `
 """
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
@@ -181,10 +182,10 @@ def with_options(options: type, defaults: Mapping[str, Any], **other: Any) -> Ca
         signature = inspect.signature(function)
         named = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
         shown = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=as_text(types[name]))
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=types[name])
             for name, default in {**defaults, **other}.items()
         ]
-        function.__signature__ = signature.replace(parameters=[*named, *shown])  # type: ignore[attr-defined]
+        function.__signature__ = with_short_names(signature.replace(parameters=[*named, *shown]))  # type: ignore[attr-defined]
         function.__doc__ = "\n\n".join(inspect.cleandoc(text or "") for text in (function.__doc__, options.__doc__))
         return function
 
@@ -192,6 +193,29 @@ def with_options(options: type, defaults: Mapping[str, Any], **other: Any) -> Ca
     return show
 
 
-def as_text(annotation: Any) -> Any:
-    """A type, or the text of one that only editors can read."""
-    return getattr(annotation, "__forward_arg__", annotation)
+class ShortName:
+    """An annotation that ``help`` and ``inspect.signature`` show with names alone, without their modules."""
+
+    def __init__(self, annotation: Any) -> None:
+        text = getattr(annotation, "__forward_arg__", annotation)
+        text = inspect.formatannotation(text) if not isinstance(text, str) else text
+        text = re.sub(r"\b(?:\w+\.)+(\w+)", r"\1", text.replace(ARRAY_LIKE, "ArrayLike"))
+        union = re.fullmatch(r"Union\[(.*)\]", text)
+        self.text = union[1].replace(", ", " | ").replace("NoneType", "None") if union else text
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+ARRAY_LIKE = inspect.formatannotation(ArrayLike).removeprefix("Union[").removesuffix("]")  # also in other unions
+
+
+def with_short_names(signature: inspect.Signature) -> inspect.Signature:
+    """A signature whose annotations are shown with names alone."""
+    empty = inspect.Parameter.empty
+
+    def short(annotation: Any) -> Any:
+        return annotation if annotation is empty else ShortName(annotation)
+
+    shown = [p.replace(annotation=short(p.annotation)) for p in signature.parameters.values()]
+    return signature.replace(parameters=shown, return_annotation=short(signature.return_annotation))

@@ -71,6 +71,13 @@ class RayHits:
             at += width
         return cls(**arrays), reals, whole
 
+    def reshaped(self, shape: tuple[int, ...]) -> "RayHits":
+        """The same hits, whose members have this shape, and the components of vectors after it."""
+        if shape == self.is_hit.shape:
+            return self
+        members = {f.name: getattr(self, f.name) for f in fields(self)}
+        return RayHits(**{name: one.reshape(*shape, *one.shape[self.is_hit.ndim :]) for name, one in members.items()})
+
     def __len__(self) -> int:
         return len(self.is_hit)
 
@@ -84,7 +91,7 @@ class RayHits:
     @property
     def points(self) -> np.ndarray:
         """(n, 3) ``position``, with NaN instead of 0 for the rays that hit nothing."""
-        return np.where(self.is_hit[:, None], self.position, np.nan).astype(self.position.dtype)
+        return np.where(self.is_hit[..., None], self.position, np.nan).astype(self.position.dtype)
 
     def to_dict(self) -> dict[str, np.ndarray]:
         """Name → (n,) array, one for each component: is_hit, …, normal_x, normal_y, normal_z, …
@@ -92,9 +99,9 @@ class RayHits:
         ``pandas.DataFrame(hits.to_dict())`` is a table with one row per ray. The two components of
         ``barycentric_coords`` have the names u and v.
         """
-        columns = {}
+        columns, flat = {}, self.reshaped((self.is_hit.size,))
         for f in fields(self):
-            values = getattr(self, f.name)
+            values = getattr(flat, f.name)
             if values.ndim == 1:
                 columns[f.name] = values
             else:
@@ -103,10 +110,12 @@ class RayHits:
         return columns
 
     def __repr__(self) -> str:
-        return f"RayHits({len(self):,} rays, {int(self.is_hit.sum()):,} hits)"
+        return f"RayHits({self.is_hit.size:,} rays, {int(self.is_hit.sum()):,} hits)"
 
     def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
+        if self.is_hit.ndim > 1:
+            return self.reshaped((self.is_hit.size,))._repr_html_(most)
         names = [f.name for f in fields(self)]
         head = "".join(f"<th>{name}</th>" for name in ["ray", *names])
         rows = "".join(
@@ -114,7 +123,7 @@ class RayHits:
             for i in range(min(most, len(self)))
         )
         rest = f"<p>… and {len(self) - most:,} more rays</p>" if len(self) > most else ""
-        summary = f"<p>{len(self):,} rays, {int(self.is_hit.sum()):,} hits</p>"
+        summary = f"<p>{self.is_hit.size:,} rays, {int(self.is_hit.sum()):,} hits</p>"
         return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
 
 
@@ -126,25 +135,30 @@ def _cell(value: Any) -> str:
     return digits(float(value), ".6g")
 
 
-def as_rays(origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike) -> tuple[np.ndarray, ...]:
-    """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; single values are repeated N times."""
+def as_rays(
+    origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
+) -> tuple[tuple[np.ndarray, ...], tuple[int, ...]]:
+    """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision, and the shape of the N rays.
+
+    Single values are repeated N times.
+    """
     dtype = runtime.dtype()
     arrays = []
     for name, value in (("origins", origins), ("directions", directions)):
         array = np.asarray(value, dtype=dtype)
         if array.ndim == 1 and array.size == 0:
             array = array.reshape(0, 3)
-        if array.ndim not in (1, 2) or array.shape[-1] != 3:
+        if array.ndim == 0 or array.shape[-1] != 3:
             raise InputError(f"intersect: {name} must have the shape (n, 3), not {array.shape}")
-        arrays.append(array.reshape(-1, 3))
+        arrays.append(array)
     try:
-        n = np.broadcast_shapes(*(a.shape[:1] for a in arrays), np.shape(t_min), np.shape(t_max))[0]
-        o, d = (np.ascontiguousarray(np.broadcast_to(a, (n, 3))) for a in arrays)
-        lo, hi = (np.ascontiguousarray(np.broadcast_to(np.asarray(t, dtype), (n,))) for t in (t_min, t_max))
+        shape = np.broadcast_shapes(*(a.shape[:-1] for a in arrays), np.shape(t_min), np.shape(t_max)) or (1,)
+        o, d = (np.ascontiguousarray(np.broadcast_to(a, (*shape, 3)).reshape(-1, 3)) for a in arrays)
+        lo, hi = (np.broadcast_to(np.asarray(t, dtype), shape).ravel() for t in (t_min, t_max))
     except ValueError:
         shapes = ", ".join(str(np.shape(a)) for a in (origins, directions, t_min, t_max))
         raise InputError(f"intersect: origins, directions, t_min, t_max do not fit together: {shapes}") from None
-    return o, d, lo, hi
+    return (o, d, lo, hi), shape
 
 
 @ti.func

@@ -279,35 +279,36 @@ class SceneData(KnownAttributes):
 
     @one_at_a_time
     def intersect(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
     ) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.
 
         Args:
-            origins, directions: (N, 3) or (3,) arrays. A direction may have any length except 0; ``distance`` is in
-                units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
+            origins, directions: (N, 3) or (3,) arrays, or (…, 3); the members of the result have the shape of the
+                rays, such as (h, w) for the rays of a picture. A direction may have any length except 0; ``distance``
+                is in units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
             t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
         """
         self.check_alive()
-        rays = as_rays(origins, directions, t_min, t_max)
+        rays, shape = as_rays(origins, directions, t_min, t_max)
         hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype(), self._reused)
         if len(hits) > 0:
             self._intersect(*rays, reals, whole)
         hits.is_hit = hits.is_hit.astype(bool)
         hits.is_backfacing = hits.is_backfacing.astype(bool)
-        return hits
+        return hits.reshaped(shape)
 
     @one_at_a_time
     def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
     ) -> np.ndarray:
-        """(N,) bool: whether the ray hits anything with t_min < t < t_max. Arguments as for ``intersect``."""
+        """(N,) bool, or in the rays' shape: whether each hits something with t_min < t < t_max; see ``intersect``."""
         self.check_alive()
-        rays = as_rays(origins, directions, t_min, t_max)
+        rays, shape = as_rays(origins, directions, t_min, t_max)
         blocked = np.empty(len(rays[0]), np.int32)
         if len(blocked) > 0:
             self._occluded(*rays, blocked)
-        return blocked.astype(bool)
+        return blocked.astype(bool).reshape(shape)
 
     @ti.kernel
     def _intersect(

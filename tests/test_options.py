@@ -66,15 +66,6 @@ def test_a_function_may_have_other_defaults():
     assert inspect.signature(tt.scene_from_mesh).parameters["environment"].default is None
 
 
-def test_what_only_editors_read_is_shown_as_text():
-    @options.with_options(options.RendererOptions, options.RENDERER_DEFAULTS)
-    def make(scene, **given):
-        """Make it."""
-
-    assert "Integrator" in inspect.signature(make).parameters["integrator"].annotation
-    assert list(inspect.signature(make).parameters) == ["scene", *options.RENDERER_DEFAULTS]
-
-
 def test_options_need_no_other_package_when_the_program_runs():
     program = "import sys; sys.modules['typing_extensions'] = None; import taichi_tracer.scene_data_loader"
     assert subprocess.run([sys.executable, "-c", program], timeout=120).returncode == 0

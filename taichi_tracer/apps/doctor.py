@@ -81,6 +81,7 @@ def examine() -> Iterator[Line]:
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
     yield from cache_lines(wanted_folder())
+    yield kept_kernels_line(wanted_folder())
     yield from wall_lines()
 
 
@@ -177,11 +178,15 @@ def wall_lines() -> Iterator[Line]:
         yield Line("not stopped there", sandbox.walls.NOT_STOPPED[best.name])
 
 
-def cache_works() -> bool:
+def kept_kernels_line(folder: Path) -> Line:
     """Whether a new process, which takes its kernels from the cache, finds the front of a cube at the distance 2."""
     program = "import taichi_tracer as tt; print(tt.load_scene_data('cube').intersect([0, 1, 3], [0, 0, -1]).distance)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
-    return done.returncode == 0 and done.stdout.strip().endswith("[2.]")
+    works = done.returncode == 0 and done.stdout.strip().endswith("[2.]")
+    found = "give right answers" if works else "give wrong answers, or none"
+    return Line(
+        "kernels kept", found, works, f"rm -r {folder}" if os.name == "posix" else f"delete the folder {folder}"
+    )
 
 
 def cache_lines(wanted: Path) -> Iterator[Line]:
@@ -201,8 +206,5 @@ def cache_lines(wanted: Path) -> Iterator[Line]:
     files = [p for p in folder.rglob("*") if p.is_file()]
     size = f"{len(files)} files, {sum(p.stat().st_size for p in files) / 1e6:.1f} MB"
     yield Line("kernel cache", f"{folder}: can be written; {size}; may be deleted")
-    works = cache_works()
-    delete = f"rm -r {folder}" if os.name == "posix" else f"delete the folder {folder}"
-    yield Line("kernels kept", "give right answers" if works else "give wrong answers, or none", works, delete)
     if problem is not None:
         yield Line("wanted cache", problem, False, remedy)

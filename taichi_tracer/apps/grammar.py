@@ -4,7 +4,9 @@ Nothing here imports Taichi: a command loads what it needs when it runs.
 """
 
 import argparse
+import difflib
 import os
+import re
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 
@@ -27,8 +29,14 @@ class Parser(argparse.ArgumentParser):
     parts: Sequence[str] = ()
 
     def error(self, message: str) -> None:
-        """Raise instead of printing the whole usage."""
-        raise InputError(f"{message} (see: {self.prog} --help)")
+        """Raise instead of printing the whole usage; an unknown option gets the most similar one."""
+        kinds = [action for action in self._actions if isinstance(action, argparse._SubParsersAction)]
+        parsers = [self, *(parser for kind in kinds for parser in kind.choices.values())]
+        known = [option for parser in parsers for option in parser._option_string_actions]
+        unknown = re.match(r"unrecognized arguments: .*?(--[\w-]+)", message)
+        near = difflib.get_close_matches(unknown[1], known, n=1) if unknown else []
+        guess = f": did you mean {near[0]}?" if near else ""
+        raise InputError(f"{message}{guess} (see: {self.prog} --help)")
 
     def format_help(self) -> str:
         """The help, and the names that are known now."""

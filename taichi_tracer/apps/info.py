@@ -7,6 +7,7 @@ from dataclasses import replace
 import taichi as ti
 
 from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.materials import BUILT_IN
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.scene_data import SceneData
@@ -85,11 +86,16 @@ def own_parts(files: tuple[str, ...]) -> list[str]:
 
 
 def material_table(scene: SceneData) -> list[str]:
-    """One line per material id: reflectance Kd, Phong exponent Ns, emitted radiance Ke."""
-    rows = [("id", "name", "Kd", "Ns", "Ke")]
+    """One line per material id: Kd, Ns, Ke; the roughness and F0 of microfacets; parameters of your own BRDFs."""
+    library = scene.material_library
+    own = [name for name in library.members if name not in BUILT_IN]
+    rough = ["alpha_x", "alpha_y", "F0"] if any(m.is_rough for m in scene.materials) else []
+    rows = [("id", "name", "Kd", "Ns", "Ke", *rough, *own)]
     for i, m in enumerate(scene.materials):
         emits = any(component > 0 for component in m.Ke)
-        rows.append((str(i), m.name, show(m.Kd), f"{m.Ns:g}", show(m.Ke) if emits else "-"))
+        more = [show(getattr(m, name)) if m.is_rough else "-" for name in rough]
+        more += [show(m.value(name, library.members[name])) for name in own]
+        rows.append((str(i), m.name, show(m.Kd), f"{m.Ns:g}", show(m.Ke) if emits else "-", *more))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["".join(f"  {cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 

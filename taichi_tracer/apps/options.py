@@ -20,6 +20,7 @@ from taichi_tracer.apps.words import (
     degrees,
     names,
     number,
+    percentage,
     positive,
     size,
     whole,
@@ -260,7 +261,7 @@ CAMERA = Group(
             "left, right, bottom and top of the image plane: at distance 1, or in world units where orthographic",
             ("L", "R", "B", "T"),
         ),
-        Option("fov", "vertical field of view in degrees, between 0 and 180", "D", number),
+        Option("fov", "vertical field of view in degrees: 0 to 180 of a perspective camera", "D", number),
         Option(
             "handedness",
             "left mirrors, as the course does; right shows the scene as a modelling program does (default: left)",
@@ -282,7 +283,7 @@ WHEN_TO_STOP = Group(
     (
         SPP,
         Option("time", "seconds of rendering, without compiling", "SECONDS", positive),
-        Option("error", "estimated relative RMSE of the picture", "PERCENT", positive),
+        Option("error", "estimated relative RMSE of the picture: 5 or 5%%", "PERCENT", percentage),
         ADAPTIVE,
     ),
 )

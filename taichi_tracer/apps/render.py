@@ -22,6 +22,7 @@ from taichi_tracer.files.images import EIGHT_BITS, encode_png
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.picture.progress import Target
 from taichi_tracer.pilot import AUTO
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
@@ -31,6 +32,7 @@ from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
+GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
@@ -227,6 +229,7 @@ def make_picture(
         print(f"{place}: {told} ({times})", flush=True)
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
+        report_better(renderer, picture.target)
         report_darkness(renderer, image, place)
         report_fireflies(renderer)
         if renderer.pilot is not None:
@@ -290,6 +293,17 @@ class Clock:
         total, saved = time.perf_counter() - self.started, compiling.seconds_to_save() - self._saved_before
         told = f"total {total:.2f} s"
         return told if saved < WORTH_TELLING else f"{told}, a second run about {total - saved:.2f} s"
+
+
+def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
+    """A line on how long a picture of ``GOOD`` takes, if nobody has said when this one ends, and it is worse.
+
+    The square of the error falls as 1/n with n samples.
+    """
+    progress, error = renderer.progress, renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
+    if target.is_usual and error > GOOD:
+        seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
+        note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
 
 
 def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruption) -> None:

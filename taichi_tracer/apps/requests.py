@@ -372,7 +372,7 @@ def target_of(args: Namespace, spp: int | None, is_light: bool) -> Target:
         return Target.of(args.spp, args.time, error)
     if spp is None and is_light:
         is_alone = len(getattr(args, "bounces", ())) < 2
-        return Target(USUAL_SPP, USUAL_SECONDS if is_alone else None)
+        return Target(USUAL_SPP, USUAL_SECONDS if is_alone else None, is_usual=True)
     return Target.of(spp)
 
 

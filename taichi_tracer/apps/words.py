@@ -94,6 +94,11 @@ def positive(text: str) -> float:
     return checked(text, float, lambda value: 0 < value < float("inf"), "a number more than 0")
 
 
+def percentage(text: str) -> float:
+    """A number more than 0, with % or without, for argparse."""
+    return positive(text.strip().removesuffix("%").rstrip())
+
+
 def degrees(text: str) -> float:
     """An angle from 0 to 180 degrees, for argparse."""
     what = "an angle from 0 to 180 degrees (if it is the scene, put it before this option)"

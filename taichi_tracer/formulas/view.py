@@ -117,13 +117,17 @@ class CameraView:
         return width * (t - b) / (height * (r - l))
 
 
-def check_angle(fov: float | None, screen_window: Numbers | None = None) -> float | None:
-    """An angle between 0 and 180 degrees. Beside a window it is ignored, and a warning says so (C-9)."""
+def check_angle(fov: float | None, screen_window: Numbers | None = None, largest: float = 180.0) -> float | None:
+    """An angle above 0 and below 180 degrees, or up to ``largest`` if that is more.
+
+    Beside a window it is ignored, and a warning says so (C-9).
+    """
     if fov is None:
         return None
     fov = as_number("fov", fov)
-    if not 0.0 < fov < 180.0:
-        raise InputError(f"camera: fov must be between 0 and 180 degrees (both excluded), not {fov:g}")
+    if not (0.0 < fov < largest or fov == largest > 180.0):
+        ends = "both excluded" if largest <= 180.0 else "0 excluded"
+        raise InputError(f"camera: fov must be between 0 and {largest:g} degrees ({ends}), not {fov:g}")
     if screen_window is not None:
         told = show(np.asarray(screen_window, float))
         warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {told}", stacklevel=5)

@@ -49,11 +49,13 @@ class Target:
         time: seconds of rendering, without compilation.
         error: relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of the
             estimate is not larger: an estimate that is too small by chance must not end the rendering.
+        is_usual: whether nobody has asked for these targets.
     """
 
     spp: int | None = None
     time: float | None = None
     error: float | None = None
+    is_usual: bool = False
 
     def __post_init__(self) -> None:
         for name in ("spp", "time", "error"):

@@ -26,6 +26,12 @@ class Annotation(type):
 class Spelled(Annotation):
     """The same for a dataclass, which names the most similar argument to one that it does not have."""
 
+    @property
+    def __signature__(cls) -> inspect.Signature:
+        of_init = inspect.signature(vars(cls)["__init__"])
+        shown = [p.replace(annotation=p.empty) for name, p in of_init.parameters.items() if name != "self"]
+        return of_init.replace(parameters=shown, return_annotation=of_init.empty)
+
     def __call__(cls, *values: Any, **named: Any) -> Any:
         known = list(inspect.signature(vars(cls)["__init__"]).parameters)
         for name in named:
