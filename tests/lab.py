@@ -66,16 +66,3 @@ def wait_for(url: str, lab: subprocess.Popen, log: Path) -> None:
             return
         time.sleep(0.3)
     pytest.fail(f"JupyterLab does not start:\n{log.read_text()[-2000:]}")
-
-
-def run_all(page) -> None:
-    """Run the notebook that the browser shows, once JupyterLab has loaded it."""
-    ready = (
-        "Boolean(window.jupyterapp && jupyterapp.shell.currentWidget && jupyterapp.shell.currentWidget.sessionContext"
-        " && jupyterapp.shell.currentWidget.sessionContext.isReady)"
-    )
-    end = time.monotonic() + PATIENCE
-    while not page.evaluate(ready):
-        assert time.monotonic() < end, "the notebook did not open"
-        time.sleep(0.3)
-    page.evaluate("void jupyterapp.commands.execute('notebook:run-all-cells')")

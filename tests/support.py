@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.system import arrays, runtime
@@ -31,9 +30,8 @@ def start(precision: str = "f32", **options) -> None:
 
 
 def long_except(values, *quick) -> list:
-    """Values for ``parametrize``: all but the quick ones are marked long, because they repeat what those check."""
-    rows = [(value, value if isinstance(value, tuple) else (value,)) for value in values]
-    return [value if value in quick else pytest.param(*row, marks=pytest.mark.long) for value, row in rows]
+    """Those of the values for ``parametrize`` that do not repeat what others check."""
+    return [value for value in values if value in quick]
 
 
 def any_scene(seed: int, **options) -> tt.SceneData:
@@ -70,12 +68,6 @@ def needs_arrays() -> None:
     needs_patch("arguments")
     if not arrays.are_possible():
         pytest.skip("fields are Taichi's own on a GPU and in debug mode")
-
-
-def needs_trees() -> None:
-    """Skip the test where Taichi does not tell in which tree a field is: kernels with such fields are not kept."""
-    if ti.__version__ == (1, 7, 3):
-        pytest.skip("Taichi 1.7.3 does not tell the tree of a field")
 
 
 @contextlib.contextmanager

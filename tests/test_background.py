@@ -85,34 +85,6 @@ def test_a_background_that_cannot_be_is_one_line(value, message):
     assert message in str(error.value)
 
 
-@pytest.mark.long
-def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
-    scene = tt.scene_from_mesh(*SQUARE, background=COLORS, environment="white")
-    renderer = tt.A2Renderer(scene, 32, 20)
-    renderer.plan.choose_eye_rays(in_tiles=True)  # whose hits can be looked at
-    renderer.eye_rays.use_packets = False
-    image = renderer.use("brdf").render(2).image()
-    away = renderer.eye_rays.to_image("triangle_id") < 0
-    # Where some samples of a pixel hit and others do not, the background is mixed in: look at whole misses only.
-    interior = away & np.roll(away, 1, 0) & np.roll(away, -1, 0) & np.roll(away, 1, 1) & np.roll(away, -1, 1)
-    interior[:, 5:27] = False
-    np.testing.assert_allclose(image[interior], oracle.corners(32, 20, *COLORS)[interior], atol=2e-7)
-    np.testing.assert_allclose(image[10, 16], 0.8, atol=1e-6)
-
-
-@pytest.mark.long
-def test_a_new_background_starts_over_and_the_receipt_knows_it():
-    scene = tt.scene_from_mesh(*SQUARE, environment="white")
-    renderer = tt.RT3Renderer(scene, 8, 8)
-    assert not scene.effects.background
-    assert renderer.image()[0, 0].tolist() == [1, 1, 1]
-    scene.set_background((0.5, 0.25, 0))
-    assert renderer.image()[0, 0].tolist() == [0.5, 0.25, 0]
-    assert any(line.endswith("simulated, one colour") for line in scene.effects.receipt())
-    scene.set_background(None)
-    assert renderer.image()[0, 0].tolist() == [1, 1, 1]
-
-
 def test_the_six_views_stay_black_there():
     scene = tt.scene_from_mesh(*SQUARE, background=COLORS)
     assert not tt.A1Renderer(scene, 16, 16).use("normal").image()[0, 0].any()

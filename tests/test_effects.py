@@ -8,25 +8,21 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from shapes import SQUARE, random_rays, soup, with_spheres
-from support import long_except
+from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import Effects
 from taichi_tracer.environment import Environment
-from taichi_tracer.forms import SampleParts
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import FarLights
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_in_kernels import SceneInKernels
-from taichi_tracer.system.seams import in_kernels
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -44,7 +40,6 @@ class Lamp(Light):
 
 
 VIEW = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 50.0}
-IMAGE = np.linspace(0.1, 1, 24).reshape(2, 4, 3)
 
 
 def scene_of(*materials, used=(0, 0), mesh=None, **options):
@@ -65,22 +60,6 @@ def test_materials_call_for_their_brdfs():
     assert brdf_names(scene_of(Material())) == ["diffuse"]
     assert brdf_names(scene_of(Material(Ns=30), Material(Ns=1e21), used=(0, 1))) == ["mirror", "phong"]
     assert brdf_names(scene_of(Material(), Material(Ns=30))) == ["diffuse"]  # no triangle has the second
-
-
-@pytest.mark.long
-def test_light_is_what_the_environment_the_lights_and_the_materials_emit():
-    kinds = {name: scene_of(environment=name).effects.environment for name in ("white", "black", "studio")}
-    assert kinds == {"white": "constant", "black": "black", "studio": "image"}
-    assert scene_of().effects.environment == "none"
-    assert scene_of().effects.is_dark
-    assert not scene_of().effects.is_lit
-    emitting = scene_of(Material(Ke=(1, 0, 0))).effects
-    assert (emitting.is_dark, emitting.is_lit, emitting.emitters) == (False, True, True)
-    assert not scene_of(Material(), Material(Ke=(1, 0, 0))).effects.emitters  # no triangle has the second
-    assert scene_of(environment="white").effects.is_lit
-    assert scene_of(environment="black").effects.is_dark
-    lit = scene_of(lights=[Lamp()]).effects
-    assert (lit.is_dark, lit.is_lit, lit.lights) == (False, True, ("lamp",))
 
 
 def test_an_environment_with_a_query_of_its_own_is_an_image():
@@ -140,63 +119,8 @@ def rendered(scene, spp=2, **options):
     return A2Renderer(scene, 8, 8, **options).use("mis").render(spp)
 
 
-def specialisations(owner) -> list[SampleParts]:
-    """The parts for which Taichi compiled the kernel of a sample of a renderer."""
-    keys = ProgressiveRenderer._take_samples._primal.mapper.mapping
-    return [SampleParts(*(part() for part in parts)) for renderer, parts, *_ in keys if renderer() is owner]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("fast", [True, False])
-def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast):
-    """One object: the scene's, the geometry's and the kernel's; and again after each change of the scene."""
-    scene = scene_of(environment="studio", fast=fast)
-    renderer = rendered(scene)
-    (parts,) = specialisations(renderer)
-    assert parts.scene is renderer.kernel_scene()
-    assert parts.scene.effects is scene.effects is scene.geometry.effects
-    assert parts.integrator is renderer.plan.integrator(parts.scene)
-    assert parts.eye_rays is renderer.eye_rays
-
-    for change, kind in (
-        (lambda: scene.set_environment("white"), "constant"),
-        (lambda: scene.set_environment(None), "none"),
-    ):
-        change()
-        if kind != "none":
-            renderer.render()
-        else:
-            with pytest.warns(UserWarning, match="nothing in this scene emits light"):
-                renderer.render()
-        parts = specialisations(renderer)[-1]
-        assert isinstance(parts.scene.effects, Effects)
-        assert parts.scene.effects is scene.effects is scene.geometry.effects
-        assert scene.effects.environment == kind
-    assert len(specialisations(renderer)) == 3
-
-
-@pytest.mark.long
-def test_going_back_to_what_was_compiled_compiles_nothing():
-    renderer = rendered(scene_of(environment="studio"))
-    renderer.use("brdf").render()
-    renderer.use("mis").render()
-    assert len(specialisations(renderer)) == 2
-
-
 class Refused(Exception):
     """A kernel looked at code that a test forbids."""
-
-
-def forbid(monkeypatch, owner, name, only=lambda part: True):
-    """Let every kernel that looks at a method fail to compile; ``only`` says for which objects."""
-    original = vars(owner)[name]
-
-    def refuse(self, *arguments):
-        if only(self):
-            raise Refused(f"{owner.__name__}.{name}")
-        return original.__get__(self)(*arguments)
-
-    monkeypatch.setattr(owner, name, in_kernels(refuse))
 
 
 def with_brdf(name):
@@ -247,45 +171,12 @@ CODE = {
 }
 
 
-@pytest.mark.long
-@pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
-@pytest.mark.parametrize("effect", long_except(CODE, *list(CODE)[::3]))
-def test_the_code_of_an_effect_is_compiled_only_where_the_scene_calls_for_it(monkeypatch, effect):
-    owner, name, scenes = CODE[effect]
-    without, with_it = scenes()
-    is_this_one = (lambda part: part.name == effect) if owner is Brdf else (lambda part: True)
-    forbid(monkeypatch, owner, name, is_this_one)
-    rendered(without)
-    if with_it is not None:
-        with pytest.raises(Exception, match=f"{owner.__name__}.{name}"):
-            rendered(with_it)
-
-
 # Effect → (the fields of the geometry that it needs, a mesh that has it not, a mesh that has it).
 FIELDS = {
     "interpolated_normals": (("normals", "triangle_normal_ids"), Mesh(*SQUARE), SMOOTH),
     "spheres": (("spheres", "sphere_material_ids", "primitives"), Mesh(*SQUARE), BALL),
     "culling": (("culls",), Mesh(*SQUARE), ONLY_ONE_SIDE),
 }
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("fast", long_except([True, False], True))
-@pytest.mark.parametrize("effect", FIELDS)
-def test_the_fields_of_an_effect_exist_and_are_read_only_where_the_scene_calls_for_it(effect, fast):
-    """Without the field, the kernels of a scene with the effect cannot be compiled: they do read it."""
-    names, without, with_it = FIELDS[effect]
-    options = {"environment": "white", "fast": fast}
-    plain = scene_of(mesh=without, **options)
-    assert not getattr(plain.effects, effect)
-    assert [name for name in names if hasattr(plain.geometry, name)] == []
-    rendered(plain)
-    scene = scene_of(mesh=with_it, **options)
-    assert getattr(scene.effects, effect)
-    assert all(hasattr(scene.geometry, name) for name in names)
-    delattr(scene.geometry, names[-1])
-    with pytest.raises(Exception, match=names[-1]):
-        rendered(scene)
 
 
 def test_a_kernel_may_be_compiled_for_more_than_the_scene_calls_for():
@@ -296,43 +187,6 @@ def test_a_kernel_may_be_compiled_for_more_than_the_scene_calls_for():
     assert compiled.effects is more
     assert scene.in_kernels().effects is scene.effects
     assert scene.in_kernels() is scene.in_kernels()
-
-
-# ── the same bits ──
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("scene", "environment", "estimator"),
-    [
-        pytest.param("sphere", "white", "mis", marks=pytest.mark.long),
-        ("specular_spheres", "studio", "brdf"),
-        pytest.param("cube", "black", "mis", marks=pytest.mark.long),
-    ],
-)
-def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimator):
-    pictures = []
-    for mode in ("scene", "all"):
-        loaded = tt.load_scene_data(scene, environment=environment, effects=mode, intersector="brute_force")
-        with_light = A2Renderer(loaded, 24, 24).use(estimator)
-        if loaded.effects.is_dark:
-            with pytest.warns(UserWarning, match="nothing in this scene emits light"):
-                with_light.render(3)
-        pictures.append(with_light.render(3).image())
-    np.testing.assert_array_equal(*pictures)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("fast", [True, False])
-def test_spheres_everywhere_change_no_bit_of_a_scene_without(fast, rng):
-    vertices, faces = soup(rng, 100)
-    plain, complete = (tt.scene_from_mesh(vertices, faces, effects=mode, fast=fast) for mode in ("scene", "all"))
-    assert hasattr(complete.geometry, "spheres")
-    assert not hasattr(plain.geometry, "spheres")
-    origins, directions = random_rays(rng, 5_000)
-    a, b = plain.intersect(origins, directions), complete.intersect(origins, directions)
-    for field, value in vars(a).items():
-        np.testing.assert_array_equal(value, getattr(b, field), err_msg=field)
 
 
 def test_a_scene_of_spheres_alone_says_so():

@@ -99,32 +99,6 @@ def test_spheres_without_numbers_follow_the_triangles():
     np.testing.assert_array_equal(mesh.sphere_materials, [0, 0])
 
 
-@pytest.mark.long
-def test_shading_normals_are_interpolated_and_face_the_ray(precision):
-    """Vertex normals by their own ids; the geometric normal where a corner has none, or where they cancel (C-17)."""
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]] * 3, float) + np.repeat(
-        [[0, 0, 0], [2, 0, 0], [4, 0, 0]], 3, 0
-    )
-    normals = np.array([[0, 0, 2], [1, 0, 1], [0, 1, 1], [0, 0, -2.0]])
-    mesh = Mesh(
-        vertices=vertices,
-        faces=np.arange(9).reshape(3, 3),
-        normals=normals,
-        face_normals=np.array([[0, 1, 2], [0, -1, 2], [0, 3, 3]]),
-    )
-    scene = tt.SceneData(mesh)
-    origins = np.array([[0.25, 0.5, 1], [2.25, 0.25, 1], [4.25, 0.25, 1.0]])
-    hits = scene.intersect(origins, [0, 0, -1])
-    smooth = 0.25 * normals[0] + 0.25 * normals[1] + 0.5 * normals[2]
-    expected = [smooth / np.linalg.norm(smooth), [0, 0, 1], [0, 0, 1]]
-    np.testing.assert_allclose(hits.normal, expected, atol=1e-6)
-    below = scene.intersect(origins * [1, 1, -1], [0, 0, 1])
-    np.testing.assert_allclose(below.normal, -np.array(expected), atol=1e-6)
-    np.testing.assert_allclose(below.geometric_normal, [[0, 0, -1]] * 3, atol=1e-6)
-    assert below.is_backfacing.all()
-    assert not hits.is_backfacing.any()
-
-
 # ── one numbering for triangles and spheres ──
 
 SPHERES = [(0, 0, 0, 1), (3, 0, 0, 2), (5, 1, 0, 0.5)]
@@ -150,34 +124,6 @@ def test_what_a_mesh_calls_for():
     mesh.face_normals[1, 2], mesh.face_culls[0] = 0, True
     assert mesh.has_vertex_normals
     assert mesh.has_culling
-
-
-@pytest.mark.long
-def test_spheres_that_cannot_be_are_dropped_and_told(f32):
-    mesh = with_spheres([(0, 0, 0, 1), (np.nan, 0, 0, 1), (0, 0, 0, 0), (0, 0, 0, -1)])
-    scene = tt.SceneData(mesh)
-    assert scene.dropped == 3
-    assert "3 of 4 primitives dropped (1 with a NaN or infinite vertex, 2 without area)" in scene.notes[0]
-    assert scene.intersect([0, 0, 5], [0, 0, -1]).distance[0] == 4
-    assert scene.intersect([0, 0, 5], [0, 0, -1]).triangle_id[0] == 0  # the others keep their numbers
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("dropped", [0, 1])
-def test_hittable_primitives_keep_their_numbers_and_have_their_boxes(f32, dropped):
-    vertices, faces = SQUARE[0], SQUARE[1].copy()
-    if dropped:
-        faces[0] = 0
-    scene = tt.SceneData(with_spheres(SPHERES, vertices, faces))
-    ids, boxes = scene.geometry.hittable()
-    rows = [1] if dropped else [0, 1]
-    assert ids.tolist() == [*([3] if dropped else [1, 3]), 0, 2, 4]
-    np.testing.assert_array_equal(boxes[: len(rows), :3], [vertices[faces[row]].min(axis=0) for row in rows])
-    np.testing.assert_array_equal(boxes[: len(rows), 3:], [vertices[faces[row]].max(axis=0) for row in rows])
-    np.testing.assert_array_equal(
-        boxes[len(rows) :], [[-1] * 3 + [1] * 3, [1, -2, -2, 5, 2, 2], [4.5, 0.5, -0.5, 5.5, 1.5, 0.5]]
-    )
-    np.testing.assert_array_equal([scene.geometry.low, scene.geometry.high], [[-1, -2, -2], [5.5, 2, 2]])
 
 
 # ── what kernels can read ──
@@ -223,33 +169,6 @@ class Students(RayIntersector):
     @ti.func
     def intersect_triangle(self, ray, triangle_id):
         return RayIntersector.intersect_triangle(self, ray, triangle_id)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("has_some", [True, False])
-def test_for_a_students_intersector_every_corner_has_a_normal(precision, has_some):
-    """That of its triangle's plane where the file has none."""
-    mesh = Mesh(*SQUARE)
-    if has_some:
-        mesh.normals, mesh.face_normals = np.array([[0.0, 3, 4]]), np.array([[0, -1, 0], [-1, -1, -1]])
-    geometry = tt.SceneData(mesh, intersector=Students).geometry
-    out = np.zeros((6, 3), runtime.dtype())
-    _normals(geometry, out)
-    expected = np.tile([0.0, 0, 1], (6, 1))
-    if has_some:
-        expected[[0, 2]] = [0, 3, 4]
-    np.testing.assert_array_equal(out, expected)
-    assert not hasattr(tt.SceneData(Mesh(*SQUARE)).geometry, "normals")
-
-
-@pytest.mark.long
-def test_normals_that_were_added_shade_nothing(f32):
-    """The plain hit of a triangle without vertex normals is the same with and without them."""
-    mesh = Mesh(*SQUARE, normals=np.array([[0.6, 0.0, 0.8]]), face_normals=np.array([[0, 0, 0], [0, -1, 0]]))
-    scenes = tt.SceneData(mesh), tt.SceneData(mesh, intersector=Students)
-    origins = [[0.5, 0.25, 1], [-0.5, 0.25, 1]]
-    for scene in scenes:
-        np.testing.assert_allclose(scene.intersect(origins, [0, 0, -1]).normal, [[0.6, 0, 0.8], [0, 0, 1]], rtol=1e-6)
 
 
 # ── smooth normals ──

@@ -105,18 +105,6 @@ def rows() -> list[str]:
     return [anchor for anchor in ANCHOR.findall(HANDOUTS.read_text(encoding="utf-8")) if CODE.fullmatch(anchor)]
 
 
-@pytest.mark.long
-def test_the_comments_of_the_package_name_only_rows_that_exist(rows):
-    remarks = [(path, *remark) for path in MODULES for remark in remarks_of(path.read_text(encoding="utf-8"))]
-    assert len(set().union(*(codes_in(text) for _, _, text in remarks))) > 20
-    missing = [
-        f"{path.relative_to(ROOT)}:{line}: {code}"
-        for path, line, text in remarks
-        for code in missing_codes(text, set(rows))
-    ]
-    assert missing == []
-
-
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_the_documents_name_only_rows_that_exist(document, rows):
     assert missing_codes(document.read_text(encoding="utf-8"), set(rows)) == []

@@ -56,50 +56,6 @@ def test_rays_pass_through_holes_alone(options, test):
     np.testing.assert_array_equal(scene.occluded(origins, directions, t_max=2.5), ~is_hole)
 
 
-@pytest.mark.long
-def test_shadows_have_holes_and_every_form_has_the_same_bits():
-    """Packets, streams of shadow rays, tiles, and the plain forms: pictures lit by a small sun straight above."""
-    sky = np.zeros((64, 128, 3))
-    sky[:2] = 300.0
-    camera = {"eye": (3.0, 1.0, 4.0), "at": (0, 0, 0.5), "up": (0, 0, 1), "fov": 40.0}
-    images = []
-    for options in ({"fast": True}, {"fast": False}):
-        scene = tt.SceneData(fence(tt.Texture(OPACITY)), view=camera, environment=sky, up_axis="z", **options)
-        renderer = tt.A2Renderer(scene, 48, 48, seed=2).use("mis")
-        renderer.use_tiles = options["fast"]
-        images.append(renderer.render(4).image())
-        assert "rays pass through their holes" in "\n".join(scene.receipt())
-    np.testing.assert_array_equal(*images)
-    scene = tt.SceneData(fence(tt.Texture(OPACITY)), environment=sky, up_axis="z")
-    floor = tt.OrthographicCamera(64, 64, eye=(0, 0, 0.5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
-    light = tt.A2Renderer(scene, camera=floor).use("environment").render(16).image()[..., 0]
-    fields = light.reshape(4, 16, 4, 16)[:, 5:11, :, 5:11].mean(axis=(1, 3))  # the camera sees x mirrored
-    is_lit = CHESS[:, ::-1] == 0
-    assert fields[is_lit].min() > 10 * fields[~is_lit].max()
-
-
-@pytest.mark.parametrize("view", ["normal", pytest.param("albedo", marks=pytest.mark.exhaustive)])
-@pytest.mark.long
-def test_packets_see_holes(view):
-    """Of many triangles, so that eye rays are traced in packets."""
-    n = 24
-    mesh = fence(tt.Texture(OPACITY), floor=False)
-    copies = [mesh.vertices + [0.1 * (k % 5), 0.1 * (k // 5), -0.3 * k] for k in range(n)]
-    mesh.faces = np.concatenate([mesh.faces + 4 * k for k in range(n)])
-    mesh.corner_uv, mesh.face_materials = np.tile(mesh.corner_uv, (n, 1, 1)), np.zeros(2 * n, np.int32)
-    mesh.vertices = np.concatenate(copies)
-    images = []
-    for fast in (True, False):
-        camera = {"eye": (0.2, 0.1, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
-        renderer_class = tt.RT3Renderer if view == "albedo" else tt.A1Renderer
-        renderer = renderer_class(tt.SceneData(mesh, fast=fast, view=camera), 256, 256)
-        if fast:
-            renderer.plan.keep_forms()
-        images.append(renderer.use(view).render().image())
-    np.testing.assert_array_equal(*images)
-    assert len(np.unique(images[0].reshape(-1, 3), axis=0)) > 1
-
-
 class Own(tt.RayIntersector):
     """A student's triangle test: it knows nothing of holes."""
 

@@ -63,42 +63,10 @@ def test_a_picture_has_its_command_in_its_section(document):
             assert re.search(r"^```(sh|python)$", section, re.MULTILINE), section.splitlines()[0]
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] in QUICK], ids=lambda words: words[-1])
-def test_views_are_as_they_are_kept(words, tmp_path, capsys):
-    paths = make.render(words, tmp_path)
-    assert paths != []
-    check_same(paths)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] not in QUICK], ids=lambda words: " ".join(words[1:]))
-def test_pictures_of_light_are_as_they_are_kept(words, tmp_path, capsys):
-    paths = make.render(words, tmp_path)
-    assert paths != []
-    if words[0] == "samples":  # other versions of matplotlib draw the letters of a chart otherwise
-        assert all(size(path) == size(IMAGES / path.name) for path in paths)
-    else:
-        check_same(paths)
-
-
 def size(path):
     """(width, height) of a picture."""
     with Image.open(path) as image:
         return image.size
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("document", make.programs(), ids=lambda path: path.name)
-def test_pictures_of_the_python_of_documents_are_as_they_are_kept(document, tmp_path, capsys):
-    check_same(make.run_program(document, tmp_path))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", make.OTHERS)
-def test_pictures_without_a_command_are_as_they_are_kept(name, tmp_path):
-    make.OTHERS[name](tmp_path / name)
-    check_same([tmp_path / name])
 
 
 def test_a_picture_that_is_not_the_one_that_is_kept_is_found(tmp_path):

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import taichi as ti
 from support import long_except
 
 import taichi_tracer as tt
@@ -119,46 +118,6 @@ def test_a_choice_holds_until_the_picture_changes(scene, measured):
     renderer.use("mis")
     assert renderer.pilot is None
     assert renderer.render(2).active.name == "mis"
-
-
-@pytest.mark.long
-def test_an_adaptive_picture_and_a_camera_of_ones_own_have_a_pilot_too(scene):
-    class MyCamera(tt.Camera):
-        @ti.func
-        def generate_ray(self, pixel_x, pixel_y):
-            return tt.Ray(self.eye[None], self.z[None])
-
-    renderer = tt.A3Renderer(scene, 16, 16, adaptive=True).use("auto").render(8)
-    assert renderer.samples == 8
-    assert renderer.pilot.trials
-    renderer = tt.A3Renderer(scene, camera=MyCamera(8, 8, eye=(0, 0, -5))).use("auto").render(4)
-    assert renderer.samples == 4
-
-
-@pytest.mark.long
-def test_paths_keep_their_bounces():
-    room = tt.load_scene_data("cornell_box")
-    renderer = tt.A4Renderer(room, 16, 16).use("auto")
-    renderer.max_bounces = 2
-    renderer.render(6)
-    known = {one.name for one in renderer.pilot.trials} | set(renderer.pilot.left_out)
-    assert known == {"path", "explicit", "implicit"}
-    alone = tt.A4Renderer(room, 16, 16).use(renderer.active.name)
-    alone.max_bounces = 2
-    np.testing.assert_array_equal(renderer.image(), alone.render(6).image())
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("words", "kind"), [([], "A3Renderer"), (["--max-bounces", "2"], "A4Renderer")])
-def test_the_command_line_takes_auto_and_tells_the_numbers(tmp_path, capsys, words, kind):
-    picture = tmp_path / "a.png"
-    main(["render", "cornell_box", "--estimator", "auto", "--size", "16x16", "--spp", "8", *words, "-o", str(picture)])
-    told = capsys.readouterr()
-    assert "16x16, 8 spp" in told.out
-    usual = "path" if kind == "A4Renderer" else "mis"
-    assert "note: auto: " in told.err
-    assert usual in told.err
-    assert picture.exists()
 
 
 def test_a_checkpoint_wants_the_name_of_the_estimator(tmp_path, capsys):

@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from PIL import Image
 from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
-from taichi_tracer.files.images import told_display
-from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.system import compiling
-from taichi_tracer.tones.display import Display
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -25,16 +21,6 @@ pytestmark = pytest.mark.usefixtures("f32")
 @pytest.fixture
 def renderer():
     return tt.A1Renderer(scene_data=tt.scene_from_mesh(*SQUARE), width=16, height=12)
-
-
-@pytest.mark.long
-def test_samples_add_up_and_change_nothing_without_jitter(renderer):
-    first = renderer.render().image()
-    more = renderer.render(spp=4).image()
-    assert renderer.samples == 5
-    np.testing.assert_array_equal(first, more)
-    assert first.shape == (12, 16, 3)
-    assert first.dtype == np.float32
 
 
 def test_a_new_view_or_camera_starts_over(renderer):
@@ -48,15 +34,6 @@ def test_a_new_view_or_camera_starts_over(renderer):
     assert renderer.samples == 1
     renderer.reset()
     assert renderer.samples == 0
-
-
-@pytest.mark.long
-def test_the_second_picture_by_packets_equals_the_first(renderer):
-    first = renderer.use("barycentric").render().image()
-    renderer.camera.set_camera_parameters()
-    renderer.eye_rays.use_packets = True
-    np.testing.assert_array_equal(renderer.render().image(), first)
-    assert renderer.eye_rays.packets is not None
 
 
 def test_small_random_pictures_trace_their_rays_in_the_kernel_and_large_ones_keep_the_hits():
@@ -121,31 +98,6 @@ def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):
             assert setter.__doc__.startswith("Show ")
 
 
-@pytest.mark.long
-def test_what_is_rendered_is_chosen_by_name_class_or_object(renderer):
-    @ti.data_oriented
-    class Red(tt.View):
-        name, label, aliases = "red", "Red", ("rot",)
-
-        @ti.func
-        def color(self, hit):
-            return tm.vec3(1, 0, 0)
-
-    assert renderer.use("normals").active.name == "normal"
-    assert "red" not in renderer.names()
-    own = Red()
-    for chosen in (Red, own, "red", "rot"):
-        assert renderer.use(chosen).active.name == "red"
-    assert [view.name for view in renderer.offers][-1] == "red"
-    image = renderer.image()
-    assert image[6, 8].tolist() == [1, 0, 0]
-    assert not image[0, 0].any()
-    made = tt.A1Renderer(renderer.scene_data, 16, 12, integrator=own)
-    np.testing.assert_array_equal(made.image(), image)
-    with pytest.raises(tt.InputError, match="integrator: 7 is neither a name nor a part of this kind"):
-        renderer.use(7)
-
-
 def test_an_integrator_belongs_to_one_renderer():
     """What one keeps of its picture, such as a range of depths, is not another's."""
     scene = tt.scene_from_mesh(*SQUARE)
@@ -154,83 +106,12 @@ def test_an_integrator_belongs_to_one_renderer():
     assert a.use("flat").use("depth_map").active is a.use("depth_map").active
 
 
-@pytest.mark.exhaustive
-def test_the_plain_forms_give_the_same_bits():
-    """Views and light, with jitter and without; the receipt says which forms ran. Few random rays are not kept."""
-    kept, alone = "hits are kept", "one by one, as they are written"
-    pictures = (tt.A1Renderer, {}, kept), (tt.A1Renderer, {"jitter": True}, alone), (tt.A2Renderer, {}, alone)
-    for one, options, runs in pictures:
-        scene = tt.scene_from_mesh(*SQUARE, environment="studio")
-        fast, plain = (one(scene, 16, 12, fast=fast, **options).render(3) for fast in (None, False))
-        np.testing.assert_array_equal(fast.image(), plain.image())
-        assert any(line.startswith(f"eye rays        {runs}") for line in fast.receipt())
-        assert any(
-            line.startswith("eye rays        one by one, as they are written: fast=False") for line in plain.receipt()
-        )
-    quick, readable = (tt.scene_from_mesh(*SQUARE, environment="studio", fast=fast) for fast in (True, False))
-    images = [tt.A2Renderer(scene, 16, 12).use("mis").render(3).image() for scene in (quick, readable)]
-    np.testing.assert_array_equal(*images)
-
-
-@pytest.mark.long
-def test_a_camera_is_chosen_by_name_class_or_object():
-    """By name or class it shows where the scene's own view looks."""
-    view = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
-    scene = tt.scene_from_mesh(*SQUARE, view=view)
-    by_name, by_class = (tt.A1Renderer(scene, 16, 12, camera=c) for c in ("orthographic", tt.OrthographicCamera))
-    own = tt.A1Renderer(
-        scene, 3, 3, camera=tt.OrthographicCamera(16, 12, eye=(0, 0, 3), screen_window=(-2, 2, -1.5, 1.5))
-    )
-    assert (own.width, own.height) == (16, 12)
-    np.testing.assert_array_equal(by_name.use("hit").image(), by_class.use("hit").image())
-    assert by_name.camera.name == "orthographic"
-    assert by_name.camera.screen_window[3] == pytest.approx(3 * np.tan(np.deg2rad(30)))
-    assert own.use("hit").image().any()
-
-
-@pytest.mark.long
-def test_canvas_and_image_differ_only_in_which_way_is_up(renderer):
-    image = renderer.use("barycentric").render().image()
-    np.testing.assert_array_equal(renderer.canvas.to_numpy().transpose(1, 0, 2)[::-1], image)
-
-
 def test_what_cannot_be_rendered_is_one_line(renderer):
     with pytest.raises(tt.InputError, match="normal"):
         renderer.use("nromal")
     for spp in (0, -1, 1.5):
         with pytest.raises(tt.InputError, match="spp must be a"):
             renderer.render(spp)
-
-
-@pytest.mark.long
-def test_notebooks_show_a_png(renderer):
-    import io
-
-    from PIL import Image
-
-    picture = Image.open(io.BytesIO(renderer.use("hit")._repr_png_()))
-    assert picture.size == (16, 12)
-    assert "hit, 16×12, 1 samples" in repr(renderer)
-
-
-@pytest.mark.long
-def test_a_camera_of_ones_own_gives_the_size():
-    camera = tt.Camera(5, 7, eye=(0, 0, 2))
-    renderer = tt.A1Renderer(scene_data=tt.scene_from_mesh(*SQUARE), camera=camera)
-    assert renderer.image().shape == (7, 5, 3)
-
-
-@pytest.mark.long
-def test_jittered_views_are_means_over_the_pixel():
-    """The edge of the square is grey, and the more samples, the nearer to the covered part of the pixel."""
-    view = {"eye": (0.1, 0, 4), "at": (0.1, 0, 0), "up": (0, 1, 0), "fov": 40.0}
-    scene = tt.scene_from_mesh(*SQUARE, view=view)
-    renderer = tt.A1Renderer(scene_data=scene, width=16, height=16, jitter=True).use("hit")
-    image = renderer.render(256).image()
-    covered = ((image > 0.02) & (image < 0.98)).any(axis=-1)
-    assert 10 < covered.sum() < 80
-    half = 4 * np.tan(np.deg2rad(20))
-    np.testing.assert_allclose(image.mean(), 4 / (2 * half) ** 2, atol=2e-3)
 
 
 @pytest.fixture(scope="module")
@@ -248,23 +129,6 @@ def test_a2_has_the_handouts_setters_and_modes(lit):
         lit.use("brfd")
 
 
-@pytest.mark.exhaustive
-def test_any_change_of_light_camera_or_estimator_starts_over(lit):
-    lit.use("brdf").render(4)
-    for change in (
-        lambda: lit.use("uniform"),
-        lambda: lit.scene_data.environment.set_intensity(0.5),
-        lambda: lit.scene_data.environment.set_rotation(30),
-        lambda: lit.scene_data.set_environment("white"),
-        lambda: lit.camera.set_camera_parameters(fov=50),
-    ):
-        change()
-        lit.render()
-        assert lit.samples == 1
-        lit.render(2)
-        assert lit.samples == 3
-
-
 def test_going_back_to_an_environment_compiles_nothing(lit):
     def pictures():
         for environment in environments:
@@ -279,39 +143,6 @@ def test_going_back_to_an_environment_compiles_nothing(lit):
     assert first[0] != first[1]
     assert [kernel.name for kernel in compiling.kernels(since=began)] == []
     lit.scene_data.set_environment(before)
-
-
-@pytest.mark.long
-def test_a_new_environment_is_the_one_that_is_seen(lit):
-    lit.scene_data.set_environment("white")
-    assert lit.image()[0, 0].tolist() == [1, 1, 1]
-    lit.scene_data.environment.set_intensity(3)
-    assert lit.image()[0, 0].tolist() == [3, 3, 3]
-
-
-@pytest.mark.exhaustive
-def test_darkness_is_told():
-    dark = tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="black"), width=8, height=8)
-    with pytest.warns(UserWarning, match="nothing in this scene emits light"):
-        assert not dark.image().any()
-    lamp = tt.A2Renderer(scene_data=tt.load_scene_data("cornell_box"), width=32, height=32)
-    assert lamp.image().max() > 1  # a lamp is seen without an environment
-    assert lamp.scene_data.environment is None
-    open_scene, said = tt.load_scene_data("cube"), tt.load_scene_data("cube", environment=None)
-    tt.A1Renderer(open_scene, 8, 8).render()
-    assert open_scene.environment is None  # nothing has asked for light
-    with pytest.warns(UserWarning, match="the environment 'studio' lights it; environment=None leaves it dark"):
-        assert tt.A3Renderer(open_scene, 8, 8).render().image().any()
-    with pytest.warns(UserWarning, match="give it an environment"):
-        assert not tt.A3Renderer(said, 8, 8).render().image().any()
-
-
-@pytest.mark.long
-def test_the_error_falls_with_samples(lit):
-    lit.scene_data.set_environment("studio")
-    lit.use("uniform").render(4)
-    few = lit.error()
-    assert 0.3 < few / lit.render(60).error() / 4 < 3
 
 
 def test_unknown_samplers_and_seeds_are_refused():
@@ -361,59 +192,6 @@ def test_a_distance_of_ones_own_stays_in_charge_and_reads_max_distance():
     assert renderer.notes() == []  # a view of one's own need not have this white
 
 
-@pytest.mark.long
-def test_a_view_that_is_not_finite_is_counted_and_black():
-    scene = tt.load_scene_data("cube")
-
-    @ti.func
-    def undefined(hit):
-        return tm.vec3(0, hit.distance / 0.0, 0)
-
-    renderer = tt.A1Renderer(scene, 16, 16).use(tt.View("undefined", "Undefined", undefined)).render()
-    assert renderer.non_finite == (tt.A1Renderer(scene, 16, 16).use("hit").image()[..., 0] > 0).sum()
-    assert not renderer.image().any()
-    assert renderer.use("normal").render().non_finite == 0
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "value"), [("eye", (3, 0, 3)), ("fov", 20), ("handedness", "right")])
-def test_a_parameter_that_is_assigned_to_the_camera_starts_over(renderer, name, value):
-    before = renderer.use("normal").render(3).image()
-    setattr(renderer.camera, name, value)
-    assert not renderer.is_current()
-    renderer.image()
-    assert renderer.samples == 1
-    assert name == "handedness" or np.abs(renderer.use("hit").image() - before).max() > 0
-
-
-@pytest.mark.long
-def test_an_image_is_saved_as_the_renderer_saves_it(tmp_path):
-    """Light gets the sRGB curve in 8 bits, views do not, and no argument is needed."""
-    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
-    for one in (tt.A2Renderer(scene, 16, 12), tt.A1Renderer(scene, 16, 12).use("normal")):
-        assert one.image().srgb == one.srgb
-        for extension in (".png", ".jpg", ".pfm", ".npy"):
-            one.save(tmp_path / f"a{extension}")
-            tt.save_image(tmp_path / f"b{extension}", one.image())
-            tt.save_image(tmp_path / f"c{extension}", np.asarray(one.image()), srgb=one.srgb)
-            a, b, c = ((tmp_path / f"{name}{extension}").read_bytes() for name in "abc")
-            assert a == c
-            assert b == c
-
-
-@pytest.mark.long
-def test_a_saved_picture_has_its_own_encoding_and_its_crop_alone(tmp_path):
-    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
-    light, view = (one(scene, 16, 12, crop=(4, 10, 2, 7)) for one in (tt.A2Renderer, tt.A1Renderer))
-    for renderer in (light, view):
-        renderer.save(tmp_path / "a.png")
-        image = renderer.image()[12 - 7 : 12 - 2, 4:10]
-        expected = to_bytes(image, srgb=renderer is light)
-        np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png")), expected)
-    assert light.srgb
-    assert not view.srgb
-
-
 # ── raw arrays ──
 
 MISS = {"distance": np.inf, "triangle_id": -1, "material_id": -1}
@@ -434,17 +212,6 @@ def test_raw_arrays_are_what_the_rays_of_the_pixels_hit(box, name):
     assert 0 < hits.is_hit.sum() < 24 * 16
     assert found.dtype == (np.int32 if name.endswith("_id") else np.float32)
     np.testing.assert_array_equal(found, expected.reshape(16, 24, *expected.shape[1:]))
-
-
-@pytest.mark.long
-def test_raw_arrays_agree_with_the_views(box):
-    views = tt.A1Renderer(box.scene_data, 24, 16)
-    hit = views.use("hit").image()[..., 0] > 0
-    np.testing.assert_array_equal(np.isfinite(box.aov("distance")), hit)
-    np.testing.assert_allclose(box.aov("normal")[hit], 2 * views.use("normal").image()[hit] - 1, atol=1e-6)
-    near = hit & (box.aov("distance") < 10)
-    np.testing.assert_allclose(box.aov("distance")[near] / 10, views.use("distance").image()[near][:, 0], rtol=1e-6)
-    np.testing.assert_allclose(box.aov("barycentric")[hit], views.use("barycentric").image()[hit][:, :2], atol=1e-7)
 
 
 def test_an_exr_has_the_raw_arrays_of_its_crop_under_the_names_of_the_convention(box, tmp_path):
@@ -469,32 +236,6 @@ def test_raw_arrays_that_cannot_be_had_are_told_before_anything_is_rendered(box,
         box.save(tmp_path / "a.png", aovs="distance")
     assert box.samples == 0
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.long
-def test_a_display_changes_how_light_is_shown_and_nothing_else(tmp_path):
-    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 3.0))
-    light, view = (one(scene, 16, 12) for one in (tt.A2Renderer, tt.A1Renderer))
-    for renderer in (light, view):
-        plain = renderer.render(4).image()
-        error, facts, samples = renderer.error(), renderer.facts(), renderer.samples
-        assert renderer.set_display(exposure=-2) is renderer
-        renderer.set_display(tone="filmic")
-        assert str(renderer.display) == "exposure -2 stops, tone curve filmic"
-        np.testing.assert_array_equal(renderer.image(), plain)
-        np.testing.assert_equal((float(renderer.error()), renderer.facts()), (float(error), facts))
-        assert renderer.samples == samples
-        assert renderer.is_current()
-        shown = renderer.display if renderer is light else Display()
-        renderer.save(tmp_path / "a.png")
-        np.testing.assert_array_equal(
-            np.asarray(Image.open(tmp_path / "a.png")), to_bytes(plain, srgb=renderer is light, display=shown)
-        )
-        assert renderer._repr_png_() == (tmp_path / "a.png").read_bytes()
-        assert told_display(tmp_path / "a.png") == (str(shown) if renderer is light else None)
-    with pytest.raises(tt.InputError, match="exposure must be between"):
-        light.set_display(exposure=100)
-    assert light.display == Display(-2, "filmic")
 
 
 def test_a_value_of_one_renderer_leaves_the_picture_of_another(f32):

@@ -11,9 +11,8 @@ from shapes import SQUARE, soup, sphere
 from support import DEBUG
 
 import taichi_tracer as tt
-from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import HitData, Ray
-from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 
 COUNT = 4_000 if DEBUG else 100_000
@@ -77,39 +76,6 @@ def hit_data(scene, origins, directions, method="query_ray"):
     return Hits(*out[:, :7].T, *np.split(out[:, 7:19], 4, axis=1), out[:, 19])
 
 
-# ── what a student writes ──
-
-
-@pytest.mark.long
-def test_one_triangle_is_asked_whatever_lies_before_it(precision):
-    vertices = np.concatenate([SQUARE[0], SQUARE[0] + [0, 0, 1]])
-    scene = tt.scene_from_mesh(vertices, np.concatenate([SQUARE[1], SQUARE[1] + 4]))
-    far, near = (hit_data(scene, [0.5, 0.25, 3], [0, 0, -1], m) for m in ("intersect_triangle", "query_ray"))
-    assert (far.triangle_id, far.distance) == (0, 3)
-    assert (near.triangle_id, near.distance) == (2, 2)
-    beside = hit_data(scene, [0.25, 0.5, 3], [0, 0, -1], "intersect_triangle")
-    assert (beside.is_hit, beside.triangle_id, beside.distance) == (0, -1, np.inf)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("fast", [True, False])
-def test_a_hit_is_described_whole(precision, fast):
-    """Position, its error, both normals on the ray's side, the material, and (u, v) of v1 and v2."""
-    mesh = Mesh(*SQUARE, face_materials=np.array([1, 0], np.int32), materials=[tt.Material("a"), tt.Material("b")])
-    mesh.normals, mesh.face_normals = np.array([[0.6, 0, 0.8]]), np.zeros((2, 3), np.int32)
-    scene = tt.SceneData(mesh, fast=fast)
-    hits = hit_data(scene, [[0.5, 0.25, 2], [0.5, 0.25, -2]], [[0, 0, -1], [0, 0, 1]])
-    np.testing.assert_array_equal(hits.triangle_id, [0, 0])
-    np.testing.assert_array_equal(hits.material_id, [1, 1])
-    np.testing.assert_array_equal(hits.is_backfacing, [0, 1])
-    np.testing.assert_array_equal(hits.geometric_normal, [[0, 0, 1], [0, 0, -1]])
-    np.testing.assert_allclose(hits.normal, [[0.6, 0, 0.8], [-0.6, 0, -0.8]], rtol=1e-6)
-    np.testing.assert_allclose(np.column_stack([hits.u, hits.v]), [[0.125, 0.625]] * 2, rtol=1e-6)
-    np.testing.assert_allclose(hits.position, [[0.5, 0.25, 0]] * 2, atol=2 * runtime.epsilon())
-    assert (hits.position_error > 0).any(axis=1).all()
-    assert hits.position_error.max() < 100 * runtime.epsilon()
-
-
 def test_the_error_of_a_position_bounds_it(precision, rng):
     """Of random triangles: |position − exact| stays below ``position_error`` in every component."""
     vertices, faces = soup(rng, 300)
@@ -125,20 +91,6 @@ def test_the_error_of_a_position_bounds_it(precision, rng):
     u, v = hits.u[hit, None].astype(np.longdouble), hits.v[hit, None].astype(np.longdouble)
     exact = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
     assert (np.abs(hits.position[hit] - exact) <= hits.position_error[hit]).all()
-
-
-@pytest.mark.long
-def test_the_plain_and_the_fast_intersector_answer_alike(precision, rng):
-    vertices, faces = soup(rng, 60)
-    origins, directions = rng.uniform(-2, 2, (3_000, 3)), rng.normal(size=(3_000, 3))
-    plain, quick = (tt.scene_from_mesh(vertices, faces, intersector="brute_force", fast=fast) for fast in (False, True))
-    assert type(plain.ray_intersector) is BruteForceRayIntersector
-    assert type(quick.ray_intersector) is not BruteForceRayIntersector
-    for method in ("query_ray", "query_segment", "intersect_triangle"):
-        a, b = (hit_data(scene, origins, directions, method) for scene in (plain, quick))
-        for name, value in vars(a).items():
-            np.testing.assert_array_equal(value, getattr(b, name), err_msg=f"{method} {name}")
-        assert a.is_hit.any()
 
 
 # ── what follows from a replaced method ──
@@ -234,27 +186,6 @@ def test_an_intersector_belongs_to_one_scene():
     assert mine.geometry is scene.geometry
     with pytest.raises(tt.InputError, match="this OnlyTriangles belongs to another scene"):
         tt.scene_from_mesh(*SQUARE, intersector=mine)
-
-
-# ── what is no ray, and what is no hit ──
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("test", TESTS)
-@pytest.mark.parametrize("intersector", ["bvh", "brute_force"])
-def test_rays_that_are_none_miss(test, intersector):
-    scene = tt.scene_from_mesh(*SQUARE, triangle_test=test, intersector=intersector)
-    bad = [
-        ([0, 0, 1], [0, 0, 0]),
-        ([0, 0, 1], [0, 0, np.nan]),
-        ([0, 0, 1], [0, 0, -np.inf]),
-        ([np.nan, 0, 1], [0, 0, -1]),
-        ([0, np.inf, 1], [0, 0, -1]),
-    ]
-    hits = scene.intersect(*np.array(bad, np.float32).transpose(1, 0, 2))
-    assert not hits.is_hit.any()
-    assert (hits.triangle_id == -1).all()
-    assert not scene.occluded(*np.array(bad, np.float32).transpose(1, 0, 2)).any()
 
 
 @pytest.mark.parametrize("test", TESTS)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from oracles import rays as oracle
 from shapes import SQUARE, with_spheres
-from support import DEBUG, start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -19,27 +18,6 @@ pytestmark = pytest.mark.usefixtures("f32")
 @pytest.fixture(scope="module")
 def square():
     return tt.scene_from_mesh(*SQUARE)
-
-
-@pytest.mark.exhaustive
-def test_a_million_rays_in_the_cornell_box_agree_with_the_oracle():
-    """Hit and id exactly, t to 1e-5, on every ray that float64 puts more than rounding away from an edge."""
-    count = 20_000 if DEBUG else 1_000_000
-    scene = tt.load_scene_data("cornell_box")
-    rng = np.random.default_rng(3)
-    low, high = scene.geometry.low, scene.geometry.high
-    origins = rng.uniform(low - 0.5, high + 0.5, (count, 3)).astype(np.float32)
-    directions = rng.normal(size=(count, 3)).astype(np.float32)
-    hits = scene.intersect(origins, directions)
-    ids, t, _, _, margin = oracle.nearest(origins, directions, scene.mesh.vertices, scene.mesh.faces)
-    sure = margin > 1e-5
-    assert sure.mean() > 0.999
-    np.testing.assert_array_equal(hits.triangle_id[sure], ids[sure])
-    np.testing.assert_array_equal(hits.is_hit[sure], ids[sure] >= 0)
-    found = sure & (ids >= 0)
-    assert 0.4 < found.mean() < 0.9
-    error = np.abs(hits.distance[found] - t[found]) / t[found]
-    assert error.max() < 1e-6
 
 
 def test_answers_have_the_promised_shapes_and_values(square):
@@ -112,30 +90,6 @@ def test_a_change_of_the_scene_makes_its_kernels_anew_and_is_counted():
     assert scene.in_kernels().background is scene.background
 
 
-@pytest.mark.exhaustive
-def test_the_fingerprint_tells_scenes_apart_by_all_that_a_picture_depends_on():
-    mesh = Mesh(*SQUARE)
-    usual = tt.SceneData(mesh, environment="studio").fingerprint()
-    assert tt.SceneData(Mesh(*SQUARE), environment="studio").fingerprint() == usual
-    culled = Mesh(*SQUARE, face_culls=np.array([True, False]))
-    shiny = Mesh(*SQUARE, materials=[tt.Material(Ns=3)])
-    moved = Mesh(SQUARE[0] + 1e-3, SQUARE[1])
-    others = [
-        tt.SceneData(culled, environment="studio"),
-        tt.SceneData(shiny, environment="studio"),
-        tt.SceneData(moved, environment="studio"),
-        tt.SceneData(mesh),
-        tt.SceneData(mesh, environment=tt.Environment(np.ones((2, 4, 3)))),
-        tt.SceneData(mesh, environment="studio", background=(1, 0, 0)),
-        tt.SceneData(mesh, environment="studio", lights=[Lamp()]),
-        tt.SceneData(mesh, environment="studio", lights=[Lamp(2.0)]),
-        tt.SceneData(mesh, environment="studio", up_axis="z"),
-    ]
-    prints = [scene.fingerprint() for scene in others]
-    assert usual not in prints
-    assert len(set(prints)) == len(prints)
-
-
 def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     vertices, faces = SQUARE
     line = np.concatenate([faces, [[0, 1, 1]]])
@@ -147,22 +101,6 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     assert other.environment is scene.environment
     assert other.notes == scene.notes
     assert type(other.ray_intersector) is type(scene.ray_intersector)
-
-
-@pytest.mark.long
-def test_a_high_picture_shows_everything_too():
-    """The computed view is for a square; a narrower picture is taken from farther away, and a wider one is not."""
-    scene = tt.scene_from_mesh(*SQUARE, intersector="brute_force")
-    for width, height in ((40, 40), (80, 40), (20, 80)):
-        renderer = tt.A1Renderer(scene, width=width, height=height).use("hit")
-        border = np.ones((height, width), bool)
-        border[1:-1, 1:-1] = False
-        image = renderer.image()
-        assert image.any()
-        assert not image[border].any()
-    assert scene.view_for(2.0) is scene.view
-    own = tt.scene_from_mesh(*SQUARE, intersector="brute_force", view={"eye": (0, 0, 9), "at": (0, 0, 0)})
-    assert own.view_for(0.1) is own.view
 
 
 def test_the_receipt_says_what_is_simulated_and_which_form_runs():

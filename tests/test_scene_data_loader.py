@@ -148,38 +148,11 @@ def test_a_file_says_what_is_around_it_unless_the_caller_does(tmp_path):
     assert tt.load_scene_data("cube").environment is None  # a mesh says nothing
 
 
-# ── scenes from arrays ──
-
-
-@pytest.mark.long
-def test_a_mesh_has_the_colour_the_material_and_the_normals_that_are_given():
-    normals = np.tile([0.6, 0, 0.8], (4, 1))
-    scene = tt.scene_from_mesh(*SQUARE, color=(0.25, 0.5, 1), normals=normals)
-    hits = scene.intersect([0, 0.1, 1], [0, 0, -1])
-    assert scene.materials[hits.material_id[0]].Kd == (0.25, 0.5, 1)
-    np.testing.assert_allclose(hits.normal, [[0.6, 0, 0.8]], atol=1e-7)
-    lamps = [tt.Material("lamp", Ke=(1, 1, 1)), tt.Material("wall")]
-    several = tt.scene_from_mesh(*SQUARE, material=lamps, face_materials=[1, 0])
-    hits = several.intersect([[0.5, -0.5, 1], [-0.5, 0.5, 1]], [0, 0, -1])
-    assert [several.materials[i].name for i in hits.material_id] == ["wall", "lamp"]
-    assert several.effects.emitters
-
-
 def test_a_trimesh_can_have_another_colour():
     import trimesh
 
     scene = tt.scene_from_mesh(trimesh.Trimesh(*SQUARE, process=False), color=(1, 0, 0))
     assert [material.Kd for material in scene.materials] == [(1, 0, 0)]
-
-
-@pytest.mark.long
-def test_smooth_normals_are_computed_on_request():
-    vertices, faces = sphere(24, 12)
-    rays = np.random.default_rng(1).normal(size=(200, 3))
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    hits = tt.scene_from_mesh(vertices, faces, smooth=40).intersect(3 * rays, -rays)
-    assert np.abs((hits.geometric_normal * rays).sum(axis=1) - 1).max() > 0.005
-    assert np.abs((hits.normal * rays).sum(axis=1) - 1).max() < 0.001
 
 
 @pytest.mark.parametrize(

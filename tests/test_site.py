@@ -70,7 +70,7 @@ class Page(HTMLParser):
             self.silent.append(given.get("src"))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
     for module in ("furo", "myst_nb", "sphinx_copybutton", "latex2mathml"):
         pytest.importorskip(module)

@@ -107,23 +107,6 @@ def test_colours_of_vertices_are_between_those_of_the_corners(has_texture):
     np.testing.assert_allclose(image.reshape(-1, 3), expected, atol=1e-5)
 
 
-@pytest.mark.long
-def test_a_layer_has_the_roughness_and_the_metalness_of_the_texels():
-    """The same picture as of a material with these numbers (glTF 2.0, section 3.9.2); one without a texture stays."""
-    base, roughness, metal = np.array([0.9, 0.5, 0.1]), 0.6, 0.25
-    layer = tt.Texture(np.array([[[0, roughness / 0.8, metal / 0.5]]]))
-    extra = {"layered": (1.0,), "metallic": (0.5,) * 3, "base": tuple(base)}
-    textured = tt.Material(alpha=0.8**2, map_layer=layer, extra=extra)
-    numbers = {"Kd": tuple((1 - metal) * base), "F0": tuple((1 - metal) * 0.04 + metal * base), "alpha": roughness**2}
-    plain = tt.Material(extra={"layered": (1.0,)}, **numbers)
-    images = []
-    for material in (textured, plain):
-        scene = tt.scene_from_mesh(*SQUARE, material=[material], uv=SQUARE[0][:, :2], environment="studio")
-        camera = tt.Camera(16, 16, eye=(1, 2, 4), at=(0, 0, 0), up=(0, 1, 0), fov=20)
-        images.append(tt.A2Renderer(scene, camera=camera).use("mis").render(4).image())
-    np.testing.assert_allclose(images[0], images[1], rtol=1e-3)
-
-
 def test_only_a_scene_that_shows_a_texture_is_compiled_for_it():
     texture = tt.Texture(PIXELS)
     textured = tt.Material(map_Kd=texture)

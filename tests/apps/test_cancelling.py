@@ -6,7 +6,7 @@ import pytest
 from support import long_except, start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cancelling import Cancelled, Cancelling, former
+from taichi_tracer.apps.cancelling import Cancelled, Cancelling
 from taichi_tracer.apps.session import Session
 from taichi_tracer.system import compiling
 
@@ -61,17 +61,6 @@ def test_nothing_is_cancelled_while_nothing_is_compiled(session):
     assert shown(session) == "uniform"
     assert session.message == ""
     assert not session.is_cancelled
-
-
-@pytest.mark.long
-def test_a_value_is_taken_back(session):
-    session.post({"type": "use", "what": "path", "name": "path"})
-    shown(session)
-    control = session.renderer.controls()[0]
-    event = former(session, "control", {"name": control.name, "value": 3})
-    assert event == ("control", {"name": control.name, "value": control.value})
-    assert former(session, "split", {"mode": "sides"}) == ("split", {"mode": "off"})
-    assert former(session, "reset", {}) is None
 
 
 def test_watching_ends_with_the_work(session):

@@ -50,15 +50,6 @@ def test_an_environment_that_is_no_light_is_an_error_of_its_own(check):
     assert "dark: radiance is negative at row 0, column 0" in error
 
 
-@pytest.mark.long
-def test_lobes_are_drawn(check, tmp_path):
-    code, _, _ = check(text_of("brdf", "drawn"), "--page", "lobe.html")
-    assert code == 0
-    page = (tmp_path / "lobe.html").read_text()
-    assert "<svg" in page
-    assert "viewer at 60°" in page
-
-
 def test_only_named_parts_are_checked(check):
     code, out, error = check(text_of("tone", "one") + text_of("tone", "two").replace("class Two", "class Other"), "two")
     assert (code, error) == (0, "")

@@ -6,7 +6,6 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.same_again import as_command
-from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 
@@ -34,25 +33,6 @@ def test_views_and_estimators_are_offered_in_one_order(choices):
     assert names(choices) == [views, estimators, paths, maps]
     assert names(Choices(renderer_of(A2Renderer))) == [views, estimators, paths, maps]
     assert names(Choices(renderer_of(A4Renderer))) == [views, estimators, paths, maps]
-
-
-@pytest.mark.long
-def test_estimators_and_paths_share_their_eye_rays_and_the_pictures_are_those_of_others():
-    """The kernels of the eye rays are compiled once, although another renderer shows paths."""
-    scene = tt.scene_from_mesh(VERTICES, FACES, environment="white")
-    choices = Choices(A3Renderer(scene, width=256, height=256, seed=3).use("brdf").render().render())
-    first = choices.renderer
-    choices.use(A4Renderer, "path")
-    paths = choices.renderer
-    assert isinstance(paths.eye_rays, PrimaryHits)
-    assert paths.eye_rays is first.eye_rays
-    alone = A4Renderer(scene, width=256, height=256, seed=3, camera=first.camera).use("path").render(3)
-    np.testing.assert_array_equal(paths.render(3).image(), alone.image())
-    choices.use(A1Renderer, "normal")
-    assert choices.renderer.eye_rays is not first.eye_rays  # a view looks through the centre of a pixel
-    before = first.image()
-    np.testing.assert_array_equal(first.render(1).image(), first.begin_anew() or first.render(3).image())
-    assert not np.array_equal(before, first.image())
 
 
 def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():

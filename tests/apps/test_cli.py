@@ -1,7 +1,6 @@
 """The command line, called as a function where that is enough and as a process where that is the point."""
 
 import contextlib
-import itertools
 import os
 import re
 import select
@@ -14,23 +13,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from support import needs_patch
 
 import taichi_tracer as tt
 from taichi_tracer.apps import grammar, names, rescue
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.words import as_value
-from taichi_tracer.files import images
-from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
-from taichi_tracer.picture import progress
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer
-from taichi_tracer.studies import effects as effects_study
-from taichi_tracer.system import runtime, stopwatch
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.tones.display import Display
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -118,11 +110,7 @@ def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_number
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 @pytest.mark.parametrize(
     ("signals", "code", "word"),
-    [
-        ([signal.SIGINT], 130, b"interrupted"),
-        pytest.param([signal.SIGINT, signal.SIGINT, signal.SIGINT], 130, b"interrupted", marks=pytest.mark.long),
-        pytest.param([signal.SIGTERM], 143, b"terminated", marks=pytest.mark.exhaustive),
-    ],
+    [([signal.SIGINT], 130, b"interrupted")],
 )
 def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word, tmp_path):
     output = tmp_path / "cube.png"
@@ -137,21 +125,6 @@ def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word
     assert word + b" after" in shown
     assert f"{output}: 512x512, " in told
     assert pixels(output).max() > 0
-
-
-@pytest.mark.exhaustive
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-def test_an_interrupted_study_writes_what_was_measured(tmp_path):
-    words = ["-m", "taichi_tracer", "accuracy", "cube", "--size", "16", "--budget", "100", "--report", str(tmp_path)]
-    words += ["--estimators", "mis", "--samplers", "sobol", "--precisions", "f32", "--fast-math", "off"]
-    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--forms", "fast"]
-    with in_terminal(words, columns=200) as (child, terminal):
-        read_until(b"seed 2, 16 samples", terminal)
-        child.send_signal(signal.SIGINT)
-        told = child.stdout.read()
-    assert child.returncode == 130
-    assert "The study was interrupted: this is what was measured until then." in told
-    assert "<svg" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
 
 
 @contextlib.contextmanager
@@ -189,21 +162,6 @@ def read_until(text, terminal, seconds=60):
         assert ready, f"{text} did not appear in {shown}"
         shown += os.read(terminal, 4096)
     return shown
-
-
-# ── render ──
-
-
-@pytest.mark.long
-def test_every_view_is_the_renderers_own_picture(tmp_path, capsys):
-    assert quickly(["render", "cornell_box", "--view", "all", "--size", "40x30", "-o", f"{tmp_path}/all/"]) == 0
-    renderer = A1Renderer(quick_scene("cornell_box"), width=40, height=30)
-    assert len(capsys.readouterr().out.splitlines()) == len(A1Renderer.offered())
-    for name in A1Renderer.names():
-        expected = np.rint(renderer.use(name).render().image() * 255)
-        written = pixels(tmp_path / "all" / f"cornell_box_{name}.png")
-        assert abs(written - expected).max() <= 1  # the last bit is the encoder's rounding
-        assert written.max() > 0
 
 
 def test_the_camera_is_the_one_asked_for(tmp_path):
@@ -539,25 +497,6 @@ def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch,
     assert [f"  {line}" for line in renderer.receipt()] == lines[-len(renderer.receipt()) :]
 
 
-# ── light ──
-
-
-@pytest.mark.exhaustive
-def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys):
-    words = ["--estimator", "brdf", "--size", "24x16", "--spp", "2"]
-    assert quickly(["render", "cube", *words, "-o", str(tmp_path / "a.npy")]) == 0
-    assert quickly(["render", "cube", *words, "--environment", "studio", "-o", str(tmp_path / "b.npy")]) == 0
-    assert (
-        quickly(["render", "cube", *words, "--environment", "white", "--intensity", "2", "-o", f"{tmp_path}/c.npy"])
-        == 0
-    )
-    a, b, c = (np.load(tmp_path / f"{name}.npy") for name in "abc")
-    np.testing.assert_array_equal(a, b)
-    assert c[0, 0].tolist() == [2, 2, 2]
-    told = capsys.readouterr().err
-    assert told.count("note") == told.count("studio lights it") == 1
-
-
 def test_a_scene_with_lamps_is_lit_by_them_alone(monkeypatch):
     """By default; an environment is added where somebody asks for one."""
 
@@ -571,66 +510,11 @@ def test_a_scene_with_lamps_is_lit_by_them_alone(monkeypatch):
     assert scene_of("cube", "--estimator", "path").environment.name == "studio"
 
 
-@pytest.mark.long
-def test_pictures_by_bounce_and_a_sheet_of_them(tmp_path, capsys):
-    words = ["render", "cornell_box", "--estimator", "explicit", "--size", "20x10", "--spp", "2"]
-    assert quickly([*words, "--exposure", "1", "--bounces", "0,1,2+", "-o", str(tmp_path / "box.png")]) == 0
-    names = ["box_bounce_0.png", "box_bounce_1.png", "box_bounce_2+.png", "box_bounces.png"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == names
-    assert "box_bounces.png: 0 bounces, 1 bounce, 2 or more bounces, sum" in capsys.readouterr().out
-    sheet = pixels(tmp_path / "box_bounces.png")
-    for name in names[:3]:  # the same exposure in the files and in the sheet
-        picture = pixels(tmp_path / name)
-        places = np.lib.stride_tricks.sliding_window_view(sheet, picture.shape)[..., 0, :, :, :]
-        assert (places == picture).all(axis=(-3, -2, -1)).any(), name
-
-
-@pytest.mark.exhaustive
-def test_files_of_pictures_by_bounce(tmp_path, monkeypatch):
-    """One number alone is the picture that -o names; files of other formats have their sheet as a PNG."""
-    monkeypatch.chdir(tmp_path)
-    words = ["render", "cornell_box", "--estimator", "path", "--size", "16x8", "--spp", "4"]
-    assert quickly([*words, "-o", "whole.npy"]) == 0
-    assert quickly([*words, "--bounces", "2", "-o", "two.npy"]) == 0
-    assert quickly([*words, "--bounces", "2"]) == 0
-    assert quickly([*words, "--bounces", "0,1,2,3-4,5", "-o", "parts.npy"]) == 0
-    parts = ["parts_bounce_0.npy", "parts_bounce_1.npy", "parts_bounce_2.npy", "parts_bounce_3-4.npy"]
-    parts += ["parts_bounce_5.npy"]
-    written = [path.name for path in tmp_path.glob("*.*")]
-    assert sorted(written) == sorted([*parts, "parts_bounces.png", "two.npy", "whole.npy"])
-    assert [path.name for path in (tmp_path / "renders").iterdir()] == ["cornell_box_path_bounce_2.png"]
-    whole = np.load("whole.npy")
-    np.testing.assert_allclose(sum(map(np.load, parts)), whole, rtol=0, atol=2e-6 * whole.max())
-    np.testing.assert_array_equal(np.load("two.npy"), np.load(parts[2]))
-
-
-@pytest.mark.exhaustive
-def test_seeds_and_samplers_change_the_noise(tmp_path):
-    words = ["render", "cube", "--estimator", "uniform", "--size", "16x16", "-o"]
-    more = {"a": [], "b": ["--seed", "1"], "c": ["--sampler", "independent"], "d": ["--seed", "0"]}
-    for name, extra in more.items():
-        assert quickly([*words, f"{tmp_path}/{name}.npy", *extra]) == 0
-    a, b, c, d = (np.load(tmp_path / f"{name}.npy") for name in "abcd")
-    np.testing.assert_array_equal(a, d)
-    assert (a != b).any()
-    assert (a != c).any()
-
-
 def test_darkness_is_told_and_still_a_picture(tmp_path, capsys):
     words = ["--estimator", "brdf", "--environment", "black", "--size", "8x8", "-o", str(tmp_path / "x.png")]
     assert main(["render", "cube", *words]) == 0
     assert capsys.readouterr().err.count("nothing in this scene emits light") == 1
     assert (tmp_path / "x.png").exists()
-
-
-@pytest.mark.exhaustive
-def test_effects_prints_what_each_would_cost(capsys, monkeypatch):
-    monkeypatch.setattr(effects_study, "with_one_more", lambda effects: {})  # the study itself is tested elsewhere
-    assert main(["effects", *QUICK, "cube", "--environment", "white", "--size", "24x24"]) == 0
-    out = capsys.readouterr().out
-    assert "phong           not simulated, no triangle has a material with Ns > 1" in out
-    assert "everything" in out
-    assert "DIFFERENT" not in out
 
 
 @pytest.mark.parametrize(
@@ -662,73 +546,9 @@ def told_by(words, capsys, code=0):
     return capsys.readouterr()
 
 
-@pytest.mark.long
-def test_a_killed_render_goes_on_where_it_was_to_the_last_bit(tmp_path, instant, capsys):
-    picture = ["render", "cube", "--estimator", "brdf", "--size", "16x12", "--spp", 9]
-    told_by([*picture, "-o", tmp_path / "whole.pfm"], capsys)
-    kept = tmp_path / "a.checkpoint"
-    told_by([*picture[:-1], 4, "--checkpoint", kept, "-o", tmp_path / "part.pfm"], capsys)
-    told = told_by([*picture, "--checkpoint", kept, "-o", tmp_path / "part.pfm"], capsys)
-    assert "going on after 4 samples" in told.out
-    assert "9 spp, error" in told.out
-    assert (tmp_path / "part.pfm").read_bytes() == (tmp_path / "whole.pfm").read_bytes()
-
-    first, second = tmp_path / "1.checkpoint", tmp_path / "2.checkpoint"
-    told_by([*picture[:-1], 4, "--checkpoint", first, "-o", tmp_path / "1.pfm"], capsys)
-    rest = ["--first-sample", 4, "--checkpoint", second, "-o", tmp_path / "2.pfm"]
-    told_by([*picture[:-1], 5, *rest], capsys)
-    told = told_by(["merge", first, second, "-o", tmp_path / "both.pfm"], capsys)
-    assert "9 spp" in told.out
-    assert "samples 0 to 8" in told.out
-    assert (tmp_path / "both.pfm").read_bytes() == (tmp_path / "whole.pfm").read_bytes()
-    told = told_by(["merge", first, first, "-o", tmp_path / "x.checkpoint"], capsys, code=2)
-    assert "samples 0 to 3 are in both" in told.err
-    assert not (tmp_path / "x.checkpoint").exists()
-    third = tmp_path / "3.checkpoint"
-    told_by([*picture[:-1], 2, "--first-sample", 9, "--checkpoint", third, "-o", tmp_path / "3.pfm"], capsys)
-    told = told_by(["merge", third, first, second, "-o", tmp_path / "all.checkpoint"], capsys)
-    assert "11 spp" in told.out
-    assert "samples 0 to 10" in told.out
-    told = told_by(["compare", first, second], capsys).out
-    assert "1.checkpoint: 4 spp, error" in told
-    assert "the difference may be noise" in told
-    assert "two checkpoints, or two pictures" in told_by(["compare", first, tmp_path / "1.pfm"], capsys, code=2).err
-    assert "two checkpoints or more" in told_by(["merge", first, "-o", tmp_path / "x.checkpoint"], capsys, code=2).err
-    told = told_by(["merge", first, second, "-o", tmp_path / "x.txt"], capsys, code=2)
-    assert "unknown file type '.txt'" in told.err
-    told = told_by(["compare", tmp_path / "both.pfm", tmp_path / "whole.pfm", "--tolerance", 1], capsys)
-    assert "pixels that differ: 0 of 192" in told.out
-    page = tmp_path / "page.html"
-    told = told_by(
-        ["compare", tmp_path / "1.pfm", tmp_path / "whole.pfm", "--tolerance", 1, "--report", page], capsys, code=1
-    )
-    assert "differ by more than 1 %" in told.out
-    assert page.read_text().count("<img") == 4
-
-
 def test_one_checkpoint_is_of_one_picture(tmp_path, instant, capsys):
     words = ["render", "cube", "--view", "hit,normal", "--size", "8", "--checkpoint", tmp_path / "a", "-o", tmp_path]
     assert "one file for 2 pictures" in told_by(words, capsys, code=2).err
-
-
-@pytest.mark.long
-def test_renders_to_an_error_and_to_a_time(tmp_path, instant, capsys, monkeypatch):
-    words = ["render", "cube", "--estimator", "mis", "--size", "32", "-o", tmp_path / "a.png"]
-    told = told_by([*words, "--error", 20, "--spp", 5000], capsys).out
-    assert float(re.search(r"error ([\d.]+) %", told)[1]) <= 20
-    assert int(re.search(r"(\d+) spp", told)[1]) < 5000
-    assert re.search(r"\(start [\d.]+ s, scene [\d.]+ s, compiling .*, rendering [\d.]+ s, total [\d.]+ s", told)
-    missed = told_by([*words, "--error", "0.001", "--spp", 9], capsys)
-    assert "note: an error of 0.001 % was not reached: --spp 9 came first" in missed.err
-    ticks = itertools.count()
-    monkeypatch.setattr(progress, "perf_counter", lambda: 0.01 * next(ticks))  # a clock that no other program slows
-    told = told_by([*words, "--time", "0.3", "--adaptive"], capsys).out
-    assert float(re.search(r"rendering ([\d.]+) s", told)[1]) == pytest.approx(0.3, abs=0.02)
-    for option, value in (("--error", "0"), ("--time", "-1"), ("--error", "x"), ("--checkpoint-every", "0")):
-        told = told_by([*words, option, value], capsys, code=2)
-        assert option in told.err
-        assert f"{value!r} is not a number" in told.err
-    assert "--error 101: at most 100" in told_by([*words, "--error", "101"], capsys, code=2).err
 
 
 def test_accuracy_refuses_before_it_works(tmp_path, capsys):
@@ -747,23 +567,6 @@ def test_accuracy_refuses_before_it_works(tmp_path, capsys):
     assert "cannot be made" in told_by(["accuracy", "cube", "--report", blocked / "x"], capsys, code=2).err
 
 
-# ── smooth normals, and raw arrays ──
-
-
-@pytest.mark.exhaustive
-def test_smooth_normals_are_those_of_the_angle(tmp_path):
-    """Of a cube, whose edges bend by 90°: with a smaller angle, and with none, they stay sharp; see test_geometry."""
-    words = ["render", "cube", "--size", "16x16", "--view", "normal", "-o"]
-    pictures = {}
-    asked = {"flat": [], "usual": ["--smooth"], "sharp": ["--smooth", "89"], "round": ["--smooth", "91"]}
-    for name, options in asked.items():
-        assert quickly([*words, str(tmp_path / f"{name}.npy"), *options]) == 0
-        pictures[name] = np.load(tmp_path / f"{name}.npy")
-    np.testing.assert_array_equal(pictures["usual"], pictures["flat"])
-    np.testing.assert_array_equal(pictures["sharp"], pictures["flat"])
-    assert np.abs(pictures["round"] - pictures["flat"]).max() > 0.1
-
-
 def test_the_request_for_smooth_normals_can_be_repeated():
     asked = ([], None), (["--smooth"], USUAL_CREASE), (["--smooth", "0"], 0.0), (["--smooth", "1"], 1.0)
     for option, degrees in asked:
@@ -772,29 +575,6 @@ def test_the_request_for_smooth_normals_can_be_repeated():
         assert request.smooth == degrees
         again, _ = scene_and_pictures_of(make_parser().parse_args(["view", "cube", *request.words()]))
         assert again == request
-
-
-@pytest.mark.long
-def test_raw_arrays_lie_beside_the_picture(tmp_path, monkeypatch):
-    """In the file of -o, and in a folder, where the pictures then are EXR files."""
-    oiio = pytest.importorskip("OpenImageIO")
-    monkeypatch.chdir(tmp_path)
-    words = ["render", "cube", "--size", "12x8", "--aov", "distance,normal"]
-    assert quickly([*words, "-o", "a.exr"]) == 0
-    assert quickly(words) == 0
-    distance = tt.A1Renderer(quick_scene("cube"), 12, 8).aov("distance")
-    for path in ("a.exr", "renders/cube_normal.exr"):
-        file = oiio.ImageInput.open(path)
-        names = list(file.spec().channelnames)
-        assert sorted(names) == ["B", "G", "N.X", "N.Y", "N.Z", "R", "Z"]
-        np.testing.assert_array_equal(file.read_image("float")[..., names.index("Z")], distance)
-
-
-@pytest.mark.long
-def test_a_program_that_writes_an_exr_file_ends_without_a_word(tmp_path):
-    pytest.importorskip("OpenImageIO")
-    result = run("-m", "taichi_tracer", "render", "cube", *QUICK, "--size", "8x8", "-o", "a.exr", cwd=tmp_path)
-    assert (result.returncode, result.stderr) == (0, "")
 
 
 def test_a_picture_too_dark_to_be_seen_gets_advice(tmp_path, monkeypatch, capsys):
@@ -831,23 +611,6 @@ def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, mon
 LIGHT = ["render", "cube", "--estimator", "brdf", "--environment", "white", "--intensity", "4", "--size", "12"]
 
 
-@pytest.mark.long
-def test_exposure_and_tone_of_the_command_line_are_in_the_picture_and_told_there(tmp_path, capsys):
-    path, linear = tmp_path / "a.png", tmp_path / "a.pfm"
-    assert quickly([*LIGHT, "--exposure", "-1", "--tone", "filmic", "-o", str(path)]) == 0
-    assert "note" not in capsys.readouterr().err
-    assert quickly([*LIGHT, "--exposure", "-1", "--tone", "filmic", "-o", str(linear)]) == 0
-    assert f"note: {linear}: linear, without exposure -1 stops, tone curve filmic" in capsys.readouterr().err
-    image = tt.read_image(linear)
-    assert image.max() == 4
-    expected = to_bytes(image, srgb=True, display=Display(-1, "filmic"))
-    np.testing.assert_array_equal(pixels(path), expected)
-    assert images.told_display(path) == "exposure -1 stops, tone curve filmic"
-    assert main(["compare", str(path), str(linear)]) == 2
-    told = capsys.readouterr().err
-    assert f"{path}: not linear light, but shown with exposure -1 stops, tone curve filmic" in told
-
-
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -867,25 +630,6 @@ def test_a_display_that_cannot_be_is_an_error_before_any_work(words, told, tmp_p
     assert not path.exists()
 
 
-@pytest.mark.long
-def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys):
-    words = ["render", "cube", "--view", "normal", "--jitter", "--size", "16x16", "--spp", "2", "-o"]
-    assert quickly([*words, str(tmp_path / "plain.pfm")]) == 0
-    capsys.readouterr()
-    runtime.init("cpu", force=True)  # otherwise the kernel of the first picture takes the second one, too
-    assert quickly([*words, str(tmp_path / "told.pfm"), "--profile"]) == 0
-    assert (tmp_path / "told.pfm").read_bytes() == (tmp_path / "plain.pfm").read_bytes()
-    told = capsys.readouterr().out
-    rows = dict(re.findall(r"^(\S.*?) {2,}([\d.]+) s", told, re.MULTILINE))
-    total = float(rows.pop("total"))
-    assert sum(map(float, rows.values())) == pytest.approx(total, abs=0.0006 * len(rows))  # rounded to milliseconds
-    assert {"Taichi starts", "eye rays are traced", "samples: hits are shaded", "other"} <= rows.keys()
-    page = (tmp_path / "told.profile.html").read_text(encoding="utf-8")
-    assert "_take_samples" in page
-    assert "512" in page  # eye rays
-    assert stopwatch.stage("a part") is stopwatch.stage("another")  # the stopwatch is stopped
-
-
 @pytest.mark.parametrize(
     ("words", "why"),
     [(["--view", "normal,hit"], "one picture goes, not of 2"), (["--cluster", "local:1"], "not --cluster")],
@@ -895,32 +639,6 @@ def test_a_profile_of_several_pictures_or_machines_is_refused(words, why, tmp_pa
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "error" in line]
     assert why in line
     assert list(tmp_path.iterdir()) == []
-
-
-ON_VULKAN = """
-import sys
-from taichi_tracer.system import runtime
-runtime.has_device = lambda arch: arch == "vulkan"
-runtime.trial.problem_of = lambda arch, driver: None
-runtime.ABILITIES["dynamic lanes"] += ("vulkan",)  # which is not true: pictures of light do not compile there
-from taichi_tracer.apps.cli import main
-sys.exit(main(sys.argv[1:]))
-"""
-
-
-@pytest.mark.long
-@pytest.mark.skipif(not runtime.vulkan_devices(), reason="no Vulkan here")
-@pytest.mark.parametrize("arch", ["auto", "vulkan"])
-def test_auto_goes_on_with_the_cpu_where_a_gpu_cannot_compile_a_kernel(arch, tmp_path):
-    needs_patch("counters")  # which tells such errors
-    words = ["render", "cornell_box", "--estimator", "light", "--spp", "1", "--size", "8x8", "-o", "a.png"]
-    words += ["--arch", arch]
-    environment = os.environ | {"PYTHONPATH": str(PACKAGE)}
-    options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "timeout": 120}
-    done = subprocess.run([sys.executable, "-c", ON_VULKAN, *words], **options)
-    assert "vulkan cannot compile a kernel" in done.stderr
-    assert ("going on with the CPU" in done.stderr) is (arch == "auto")
-    assert (done.returncode, (tmp_path / "a.png").exists()) == ((0, True) if arch == "auto" else (2, False))
 
 
 def test_a_few_pixels_that_hold_half_of_the_error_are_told(tmp_path, monkeypatch, capsys):

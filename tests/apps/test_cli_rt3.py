@@ -42,20 +42,6 @@ def pixels(path):
     return np.asarray(Image.open(path))
 
 
-@pytest.mark.long
-def test_the_film_says_where_how_large_and_how(scene):
-    """The file's name, type and size; without gamma correction values stand as they are."""
-    folder = scene()
-    run("render", "scene.xml")
-    shown = pixels(folder / "pictures" / "ball.png")
-    assert shown.shape == (24, 32, 3)
-    assert shown[12, 16].tolist() == [188, 137, 255]  # 0.5 and 0.25 by the sRGB curve
-    scene(kind="ppm", gamma="no")
-    run("render", "scene.xml")
-    assert (folder / "pictures" / "ball.ppm").read_bytes().startswith(b"P6\n32 24\n255\n")
-    assert pixels(folder / "pictures" / "ball.ppm")[12, 16].tolist() == [128, 64, 255]
-
-
 def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
     request = render_of(make_parser().parse_args(["render", "scene.xml", *words]))
@@ -87,41 +73,6 @@ def test_every_picture_of_a_document_has_its_file(scene, capsys):
     assert asked("--view", "normal")[1] == ["renders/scene_normal.png", "renders/scene_normal_2.png"]
     assert main(["render", "scene.xml", "-o", "one.png"]) == 2
     assert "is one file for 2 views" in capsys.readouterr().err
-
-
-@pytest.mark.long
-def test_a_crop_is_that_part_of_the_picture(scene):
-    folder = scene()
-    run("render", "scene.xml", "-o", "whole.png")
-    run("render", "scene.xml", "-o", "part.png", "--crop", "0.25", "0.75", "0", "0.5")
-    np.testing.assert_array_equal(pixels(folder / "part.png"), pixels(folder / "whole.png")[12:, 8:24])
-
-
-@pytest.mark.exhaustive
-def test_another_projection_shows_the_same_where_the_camera_looks(scene):
-    """--camera orthographic takes its window from the angle; --window is that window."""
-    folder = scene()
-    run("render", "scene.xml", "--camera", "orthographic", "--view", "hit", "-o", "a.png")
-    half = 5 * np.tan(np.radians(30))
-    window = [repr(float(x)) for x in (-half * 32 / 24, half * 32 / 24, -half, half)]
-    run("render", "scene.xml", "--camera", "orthographic", "--window", *window, "--view", "hit", "-o", "b.png")
-    np.testing.assert_array_equal(pixels(folder / "a.png"), pixels(folder / "b.png"))
-    middle = pixels(folder / "a.png")[12, :, 0] == 255
-    assert middle.sum() * 2 * half * 32 / 24 / 32 == pytest.approx(2, abs=0.4)  # the sphere's width
-
-
-@pytest.mark.exhaustive
-def test_an_exported_scene_is_the_same_picture(scene):
-    """Of a document, and of a mesh with a camera of one's own."""
-    folder = scene()
-    run("export", "scene.xml", "again.xml", "--view", "depth_map", "--camera", "orthographic")
-    run("render", "again.xml", "-o", "a.png")
-    run("render", "scene.xml", "-o", "b.png", "--view", "depth_map", "--camera", "orthographic")
-    assert (folder / "a.png").read_bytes() == (folder / "b.png").read_bytes()
-    run("export", "cornell_box", "box.xml", "--size", "40x30", "--eye", "0.1", "1", "3.3")
-    run("render", "box.xml", "-o", "a.png")
-    run("render", "cornell_box", "-o", "b.png", "--size", "40x30", "--eye", "0.1", "1", "3.3")
-    assert (folder / "a.png").read_bytes() == (folder / "b.png").read_bytes()
 
 
 def test_info_tells_of_spheres(scene, capsys):

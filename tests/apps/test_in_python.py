@@ -1,15 +1,10 @@
 """The lines of Python that are told make the same pixels."""
 
-import os
-
-import numpy as np
-import pytest
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.environment import load_environment
-from taichi_tracer.files.images import read_image
 
 SIZE = (16, 12)
 
@@ -57,31 +52,6 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        pytest.param(view, marks=pytest.mark.long),
-        *(pytest.param(m, marks=pytest.mark.exhaustive) for m in list(SCENES)[1:]),
-    ],
-    ids=lambda m: m.__name__,
-)
-def test_the_same_pixels_are_made(make, tmp_path, monkeypatch):
-    start("f32")
-    monkeypatch.chdir(tmp_path)
-    name, options = SCENES[make]
-    options = {n: value() if callable(value) else value for n, value in options.items()}
-    renderer = make(tt.load_scene_data(name, **options)).render(6)
-    names = {}
-    lines = as_python(renderer)
-    exec(lines, names)
-    assert np.array_equal(names["renderer"].image(), renderer.image()), lines
-    assert names["renderer"].film.samples == renderer.film.samples
-    renderer.save("wanted.png")
-    assert np.array_equal(read_image(f"{renderer.active.name}.png"), read_image("wanted.png"))
-    assert "of your own program" not in lines
-    assert sorted(os.listdir()) == sorted([f"{renderer.active.name}.png", "wanted.png"])
-
-
 def test_what_no_text_can_say_is_told():
     start("f32")
 
@@ -92,11 +62,3 @@ def test_what_no_text_can_say_is_told():
     told = as_python(renderer)
     assert "# the camera 'perspective' is an object of your own program: add it" in told
     assert "# the background is an object of your own program" in told
-
-
-@pytest.mark.exhaustive
-def test_the_precision_is_told():
-    start("f64")
-    renderer = tt.A1Renderer(tt.load_scene_data("cube"), *SIZE).use("hit")
-    assert "tt.init(precision='f64')" in as_python(renderer)
-    start("f32")

@@ -1,12 +1,7 @@
 """--parts in every command: parts of a file of one's own, files that are wrong, and --plain."""
 
-import shlex
-from pathlib import Path
-
 import numpy as np
 import pytest
-from fake_panel import FakePanel
-from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps import viewer
@@ -195,59 +190,6 @@ def test_a_help_marks_what_counts_when_nothing_is_said(capsys):
     assert "forms: fast*, plain" in out
 
 
-@pytest.mark.long
-def test_a_view_and_a_camera_of_ones_own_are_rendered(parts):
-    heat = render("a", "cornell_box", *parts, "--view", "heat", "--size", "16")
-    assert heat[..., 0].max() > 0
-    assert heat[..., 1:].max() == 0
-    wide = render("b", "cornell_box", *parts, "--view", "heat", "--size", "16", "--camera", "fisheye")
-    assert (wide != heat).any()
-
-
-@pytest.mark.long
-def test_a_renderer_derived_from_the_courses_shows_its_own_method(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(
-        "import taichi as ti\nimport taichi.math as tm\nimport taichi_tracer as tt\n\n\n@tt.register\n"
-        "class Mine(tt.A1Renderer):\n    name = 'mine'\n\n    @ti.func\n    def shade_normal(self, hit_data):\n"
-        "        return tm.vec3(0.25, 0.5, 1)\n"
-    )
-    image = render("a", "cube", "--parts", "mine.py", "--view", "normal", "--size", "8")
-    assert (image == np.float32([0.25, 0.5, 1])).all()
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--intersector", "mine"),
-        ("--triangle-test", "half_triangles"),
-        ("--sampler", "still"),
-        ("--camera", "fisheye"),
-        ("--lights", "lamp"),
-        ("--view", "twice"),
-    ],
-    ids=lambda words: words[1],
-)
-def test_each_part_changes_the_picture(words, parts):
-    usual = ["cornell_box", "--view", "uniform", "--size", "16", "--environment", "studio"]
-    assert (render("a", *usual, *parts, *words) != render("b", *usual)).any()
-
-
-@pytest.mark.long
-def test_a_brdf_that_describes_a_material_is_taken_and_info_says_so(parts, capsys):
-    words = ["--intersector", "mine", "--camera", "fisheye", "--lights", "lamp", "--brdfs", "grey", "--sampler"]
-    words += ["still"]
-    assert main(["info", "cornell_box", *parts, *words]) == 0
-    out = capsys.readouterr().out
-    assert "grey            simulated, 8 of 8 materials" in out
-    assert "diffuse         not simulated" in out
-    assert "light lamp      simulated, Lamp" in out
-    assert "rays            Mine, as it is written" in out
-    assert "Fisheye replaces generate_camera_coords" in out
-    assert "parts of my_parts.py\n  view          heat\n" in out
-
-
 def test_names_that_no_part_has_are_errors(parts, capsys):
     for words, told in (
         (("--brdfs", "gray"), "unknown BRDF 'gray': did you mean 'grey'?"),
@@ -258,34 +200,6 @@ def test_names_that_no_part_has_are_errors(parts, capsys):
         assert told in capsys.readouterr().err
 
 
-@pytest.mark.long
-def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatch, capsys):
-    """The command of a saved picture makes it again, in a picture that is equal to the last bit."""
-    shown = []
-
-    def run(self):
-        panel = FakePanel()
-        self.warm_up()
-        self.panels.draw(panel)
-        self.save_picture()
-        shown.append(panel.buttons)
-
-    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(True, "pretended"))
-    monkeypatch.setattr(viewer.Viewer, "run", run)
-    words = ["--view", "heat", "--size", "24", "--camera", "fisheye", "--intersector", "mine", "--plain"]
-    assert main(["view", "cornell_box", *parts, *words]) == 0
-    (buttons,) = shown
-    assert "Heat [Active]" in buttons
-    assert len([b for b in buttons if b.startswith(("Hit", "Normal", "Distance"))]) == 3
-    out = capsys.readouterr().out
-    line = next(line for line in out.splitlines() if line.startswith("The same again: taichi-tracer "))
-    again = shlex.split(line.removeprefix("The same again: taichi-tracer "))
-    assert again[again.index("--parts") + 1] == "my_parts.py"
-    assert main([*again, "-o", "again.png"]) == 0
-    saved = np.asarray(Image.open("renders/cornell_box_heat.png"))
-    np.testing.assert_array_equal(np.asarray(Image.open("again.png")), saved)
-
-
 def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypatch, tmp_path):
     monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
     monkeypatch.setattr(viewer, "save", lambda renderer, folder: tmp_path / renderer.active.name)
@@ -294,27 +208,6 @@ def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypat
     monkeypatch.setattr(viewer, "print", lambda *words: written.append(" ".join(map(str, words))), raising=False)
     assert main(["view", "cube", *parts, "--size", "8"]) == 0
     assert f"  {tmp_path / 'heat'}" in written
-
-
-@pytest.mark.exhaustive
-def test_effects_measures_an_estimator_and_a_sampler_of_ones_own(parts, capsys):
-    words = ["--estimator", "twice", "--sampler", "still", "--camera", "fisheye", "--size", "24"]
-    assert main(["effects", "cube", *parts, *words, "--environment", "white"]) == 0
-    out = capsys.readouterr().out
-    assert "grey            simulated, 6 of 6 materials" in out
-    assert "the plain forms" in out
-    assert "DIFFERENT" not in out
-
-
-@pytest.mark.exhaustive
-def test_accuracy_compares_parts_of_ones_own(parts, capsys):
-    knobs = ["--estimators", "mis,twice", "--samplers", "sobol,still", "--triangle-tests", "watertight,half_triangles"]
-    knobs += ["--precisions", "f32", "--fast-math", "off", "--lookups", "nearest", "--intersectors", "bvh,mine"]
-    knobs += ["--forms", "fast,plain", "--brdfs", "grey", "--lights", "lamp", "--camera", "fisheye"]
-    assert main(["accuracy", "cube", *parts, *knobs, "--size", "16", "--budget", "40", "--seeds", "2"]) == 0
-    out = capsys.readouterr().out
-    for label in ("twice, sobol, bvh ", "mis, still, bvh ", "half_triangles", "twice, sobol, mine ", "plain forms"):
-        assert label in out
 
 
 def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeypatch):
@@ -335,44 +228,6 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
     assert not any(mode.plain for mode in modes)
     assert any(mode.plain for mode in hard_cases.modes_of("full"))
     assert [case.name for case in cases if case.name.startswith("BRDF grey: ")] != []
-
-
-@pytest.mark.exhaustive
-def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
-    from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
-    from taichi_tracer.studies.hard.modes import RayMode
-
-    load_parts(parts[1])
-    ball = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5)]
-    modes = [RayMode(OWN_TEST, "f32", False, "mine"), RayMode("half_triangles", "f32", False, "bvh")]
-    result = hard_cases.run("quick", cases=ball, modes=modes, renderer=True)
-    by_mode = {(v.mode, v.case): v for v in result.verdicts}
-    assert by_mode["half_triangles f32 bvh", "ball"].word == "FAIL"
-    assert by_mode[str(modes[0]), "ball"].rays > 0
-    (grey,) = (v for v in result.verdicts if v.case.startswith("BRDF grey"))
-    assert grey.word == "PASS"
-
-
-@pytest.mark.exhaustive
-def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
-    assert main(["export", "cube", "cube.xml", *parts, "--camera", "fisheye", "--fov", "40", "--view", "twice"]) == 0
-    text = Path("cube.xml").read_text()
-    assert 'type="fisheye"' in text
-    assert 'estimator="twice"' in text
-    assert main(["info", "cube.xml", *parts]) == 0
-    out = capsys.readouterr()
-    assert "view projection fisheye\n" in out.out
-    assert "view fov        40\n" in out.out
-    assert "changes nothing" not in out.err
-
-
-@pytest.mark.exhaustive
-def test_merge_knows_a_sampler_of_ones_own(parts, capsys):
-    words = ["cube", "--view", "twice", "--sampler", "still", "--size", "8", "--spp", "2", *parts]
-    render("a", *words, "--checkpoint", "a.checkpoint")
-    render("b", *words, "--checkpoint", "b.checkpoint", "--first-sample", "2")
-    assert main(["merge", "a.checkpoint", "b.checkpoint", "-o", "c.npy", *parts]) == 0
-    assert "4 spp" in capsys.readouterr().out
 
 
 def test_several_files_and_a_module_beside_one(tmp_path, monkeypatch, capsys):
@@ -452,40 +307,6 @@ def test_two_files_cannot_have_one_name(tmp_path, monkeypatch, capsys):
     assert "first.py" in error
 
 
-FAULTY = """import taichi as ti
-import taichi_tracer as tt
-
-@ti.func
-def helper(hit):
-    return hit.colour
-
-@tt.register
-class A(tt.View):
-    name = "a_view"
-
-    @ti.func
-    def color(self, hit):
-"""
-FAULTS = {
-    "in a kernel": ("return hit.normal * missing", "my_parts.py:14: missing is not defined"),
-    "in a function that it calls": ("return helper(hit)", "my_parts.py:6: "),
-}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case", FAULTS)
-def test_an_error_in_a_kernel_is_one_line_with_the_place(case, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    line, told = FAULTS[case]
-    (tmp_path / "my_parts.py").write_text(FAULTY + f"        {line}\n")
-    words = ["render", "cube", "--parts", "my_parts.py", "--view", "a_view", "--size", "8", "-o", "x.png"]
-    assert main(words) == 2
-    error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert error.startswith(f"taichi-tracer: error: {told}")
-    with pytest.raises(Exception, match="my_parts.py"):
-        main([*words, "--debug"])
-
-
 def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_parts.py").write_text(BEGIN + "@tt.register\nclass A(tt.Brdf):\n    name = 'a_brdf'\n")
@@ -497,33 +318,6 @@ def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
 
 
 LIGHT = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        pytest.param(["--view", "normal", "--size", "40x30"], marks=pytest.mark.long, id="normals"),
-        pytest.param(LIGHT, marks=pytest.mark.exhaustive, id="light"),
-    ],
-)
-def test_the_plain_forms_write_the_same_bytes(options, tmp_path):
-    files = [tmp_path / "fast.png", tmp_path / "plain.png"]
-    for file, words in zip(files, ([], ["--plain"]), strict=True):
-        assert main(["render", "cornell_box", *options, "-o", str(file), *words]) == 0
-    assert files[0].read_bytes() == files[1].read_bytes()
-    assert np.asarray(Image.open(files[0])).std() > 10
-
-
-@pytest.mark.long
-def test_info_says_which_forms_run(capsys):
-    assert main(["info", "cube"]) == 0
-    out = capsys.readouterr().out
-    assert "rays            hierarchy of eight boxes a node" in out
-    assert "eye rays        hits are kept" in out
-    assert main(["info", "cube", "--plain"]) == 0
-    out = capsys.readouterr().out
-    assert "rays            BVHRayIntersector, the plain form: fast=False" in out
-    assert "eye rays        one by one, as they are written: fast=False" in out
 
 
 def test_plain_is_a_word_of_the_command_that_makes_the_scene_again():

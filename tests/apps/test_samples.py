@@ -27,18 +27,6 @@ def test_an_image_is_an_environment(tmp_path, capsys):
     assert (tmp_path / "samples_own_uniform.png").exists()
 
 
-@pytest.mark.exhaustive
-def test_a_scene_gets_tables_a_map_for_each_choice_and_a_chart(tmp_path, capsys):
-    words = ["--count", "1000", "--size", "16x8", "-o", str(tmp_path)]
-    assert main(["samples", "cornell_box", "--point", "0", "0", "0", *words]) == 0
-    out = capsys.readouterr().out
-    assert "cornell_box, 2 lamps: 1,000 samples from (0, 0, 0) with the normal (0, 1, 0)" in out
-    rows = [line.split()[0] for line in out.splitlines() if line]
-    assert all(rows.count(name) == 3 for name in ("area", "power", "hierarchy"))  # one line, and two lamps
-    names = {path.name for path in tmp_path.iterdir()}
-    assert names == {f"samples_cornell_box_{name}.png" for name in ("area", "power", "hierarchy", "shares")}
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -77,18 +77,6 @@ def test_points_of_the_window_and_ways_of_the_mouse():
     assert layout.as_drag((0.3, 0.2), (0.3 + 0.252, 0.2 + 0.42)) == pytest.approx((0.5, 0.5))
 
 
-@pytest.mark.long
-def test_small_pictures_are_enlarged_whole_pixels_between_the_panels(renderer):
-    screen = Screen(first_size((100, 50), 1, None), (100, 50))
-    screen.update(renderer.use("triangle_id").render())
-    pixels, layout = shown(screen), screen.layout
-    assert (layout.shown_width, layout.shown_height) == (300, 150)
-    for margin in (pixels[:, :PANEL_WIDTH], pixels[:, -PANEL_WIDTH:]):
-        assert (margin == BACKGROUND).all()
-    picture = pixels[(layout.height - 150) // 2 :][:150, PANEL_WIDTH:-PANEL_WIDTH]
-    np.testing.assert_array_equal(picture, to_bytes(renderer.image()).repeat(3, axis=0).repeat(3, axis=1))
-
-
 def test_large_pictures_are_shown_as_means(renderer):
     screen = Screen((50, 25), (100, 50))
     screen.update(renderer.use("normal").render())

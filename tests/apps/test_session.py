@@ -11,11 +11,8 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.session import Session
-from taichi_tracer.apps.split import Told, details_of, state_of
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.tones.display import fitting_exposure
-from taichi_tracer.tones.heat import heat
 
 SIZE = (32, 24)
 
@@ -224,79 +221,6 @@ def test_another_thread_asks_the_session_and_gets_its_errors(session):
         session.step(0.01)
     assert answers[0] == b"\x89PNG"
     assert "gif" in answers[1]
-
-
-@pytest.mark.exhaustive
-def test_light_has_its_error_its_curve_and_explained_pixels(session):
-    session.post({"type": "use", "what": "estimator", "name": "brdf"})
-    for _ in range(400):
-        watch(session)
-        session.step(0.0)
-        if len(session.curves.get("brdf", [])) > 1:
-            break
-    state = json.loads(state_of(session.renderers, session.split, session.errors))
-    assert state["samples"] > 2
-    assert state["error"] != ""
-    (told,) = session.errors.values()
-    assert (state["error"] == told.error) == (told.samples == state["samples"])
-    later = json.loads(state_of(session.renderers, None, {id(session.renderer): Told("5 %", 2)}))
-    assert later["error"] == "5 % at 2"
-    assert json.loads(state_of(session.renderers, None, {id(session.renderer): Told("5 %", 10**6)}))["error"] == ""
-    assert details_of(session.choices, session.split)["environment"] == "studio"
-    session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
-    session.step(0.0)
-    assert "<svg" in session.explanation
-    session.post({"type": "exposure", "value": 1.5})
-    session.step(0.0)
-    assert session.explanation == ""
-    assert session.renderer.display.exposure == 1.5
-    session.post({"type": "expose"})
-    session.step(0.0)
-    assert session.renderer.display.exposure == fitting_exposure(session.renderer.image())
-    session.post({"type": "use", "what": "view", "name": "normal"})
-    session.post({"type": "environment", "name": "none"})
-    session.step(0.0)
-
-
-@pytest.mark.long
-def test_two_choices_are_shown_beside_each_other_and_subtracted(session):
-    settle(session)
-    session.post({"type": "split", "mode": "sides"})
-    session.post({"type": "use", "what": "view", "name": "distance"})
-    frame = settle(session)
-    left, right = session.renderers
-    assert (left.active.name, right.active.name) == ("normal", "distance")
-    assert left.camera is right.camera
-    shown = [to_bytes(one.image(), one.srgb) for one in (left, right)]
-    assert np.array_equal(pixels(frame), np.concatenate(shown, axis=1))
-    assert [side["view"] for side in json.loads(frame.state)["sides"]] == ["normal", "distance"]
-
-    session.post({"type": "split", "mode": "difference"})
-    frame = settle(session)
-    scale = json.loads(frame.state)["scale"]
-    difference = np.abs(left.image() - right.image()).mean(axis=2)
-    wanted = heat(difference, float(scale["high"]))
-    assert np.abs(pixels(frame) / 255 - wanted).max() < 0.01
-    assert np.mean(difference > float(scale["high"])) < 0.02
-    assert f"{difference.mean():.3g}" in scale["text"]
-
-    session.post({"type": "side", "number": 0})
-    session.post({"type": "use", "what": "view", "name": "distance"})
-    frame = settle(session)
-    assert not pixels(frame).any()  # both sides show the same
-    session.post({"type": "drag", "dx": 0.1, "dy": 0})
-    settle(session)
-    assert not pixels(settle(session)).any()  # and move together
-
-    session.post({"type": "split", "mode": "nonsense"})
-    settle(session)
-    assert "nonsense" in session.message
-    session.post({"type": "split", "mode": "off"})
-    frame = settle(session)
-    assert pixels(frame).shape == (SIZE[1], SIZE[0], 3)
-    session.post({"type": "side", "number": 1})
-    settle(session)
-    assert "choose to compare first" in session.message
 
 
 def test_a_key_that_is_only_tapped_moves_the_camera(session):

@@ -23,7 +23,7 @@ from taichi_tracer.apps.words import as_value
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.tones.display import Display, fitting_exposure
+from taichi_tracer.tones.display import fitting_exposure
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
@@ -129,25 +129,6 @@ def test_what_curves_have_in_common_is_light_scene_and_camera(renderer, tmp_path
     assert view.picture() == before
 
 
-@pytest.mark.long
-def test_views_and_light_are_beside_each_other(small_renderer, tmp_path):
-    view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
-    pressed(view, "BRDF")
-    panel = pressed(view)
-    assert [label for label in panel.buttons if "[Active]" in label] == ["BRDF [Active]"]
-    assert "Environment: none" in panel.buttons  # the lamp of the box lights it
-    assert any(text.startswith("Time: ") for text in panel.texts)
-    assert "--environment none" in viewer.as_command(view.renderer)
-    pressed(view, "Environment: none")
-    assert view.choices.environment == view.choices.environments[0]
-    pressed(view, "Environment: black")
-    assert "Environment: studio" in pressed(view).buttons
-    assert "--environment studio" in viewer.as_command(view.renderer)
-    pressed(view, "Hit")
-    assert view.renderer is small_renderer
-    small_renderer.scene_data.set_environment(None)
-
-
 def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_path, capsys):
     view = viewer.Viewer(small_renderer.use("distance"), tmp_path)
     camera = small_renderer.camera
@@ -164,18 +145,6 @@ def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_pat
     assert shlex.join(viewer.camera_words(camera)) in capsys.readouterr().out
     view.press("r")
     assert (camera.handedness, camera.fov, view.speed, small_renderer.max_distance) == ("left", 60, 1.5, 10)
-
-
-@pytest.mark.long
-def test_the_triangle_test_is_chosen_and_repeated_by_the_command(small_renderer, tmp_path):
-    view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
-    pressed(view, "Triangles: moller_trumbore")
-    assert view.choices.triangle_test == "watertight"
-    assert "triangle-test" not in viewer.as_command(view.renderer)
-    assert "--triangle-test watertight" in viewer.as_command(view.renderer, ["--triangle-test", "moller_trumbore"])
-    pressed(view, "Triangles: watertight")
-    assert view.renderer is small_renderer
-    assert "--triangle-test moller_trumbore" in viewer.as_command(view.renderer)
 
 
 def test_a_slider_that_is_not_moved_changes_nothing():
@@ -246,22 +215,6 @@ def light():
     scene = tt.load_scene_data("cornell_box", **QUICK)
     scene.set_environment(np.full((1, 2, 3), 10.0))
     return tt.A2Renderer(scene, width=40, height=30).render(2)
-
-
-@pytest.mark.long
-def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light, tmp_path):
-    view, samples = viewer.Viewer(light.set_display(0, "none"), tmp_path), light.samples
-    pressed(view, exposure=-1.26)
-    assert light.display == Display(-1.25, light.display.tone)
-    pressed(view, "Tone curve: None")
-    assert str(light.display) == "exposure -1.25 stops, tone curve filmic"
-    assert "Tone curve: Filmic" in pressed(view).buttons
-    assert light.samples == samples
-    assert light.is_current()
-    assert "--exposure -1.25 --tone filmic" in viewer.as_command(light)
-    light.set_display(exposure=1.23)  # no place of the slider: it stays until somebody moves the slider
-    pressed(view)
-    assert light.display.exposure == 1.23
 
 
 # ── direct light and paths ──
@@ -396,17 +349,6 @@ def test_the_curve_gives_way_to_the_settings(path_renderer, tmp_path):
 def test_data_has_no_exposure(renderer, tmp_path):
     panel = pressed(viewer.Viewer(renderer.use("normal"), tmp_path))
     assert not [label for label in panel.buttons if "Tone" in label]
-
-
-@pytest.mark.long
-def test_on_a_terminal_a_browser_takes_the_place_of_a_window(small_renderer, tmp_path, monkeypatch, capsys):
-    served = []
-    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
-    monkeypatch.setattr(viewer, "serve", lambda session: served.append(session.renderer) or 0)
-    assert viewer.show(small_renderer, tmp_path, offers_browser=True) == 0
-    assert served == [small_renderer]
-    assert list(tmp_path.iterdir()) == []
-    assert "No window can open here: no screen." in capsys.readouterr().out
 
 
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
@@ -577,36 +519,6 @@ def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
     assert covered < 0.5
     desktop.xdotool("key", "h")
     poll(shows(desktop, bare), "the picture without help")
-
-
-@pytest.mark.long
-def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
-    def distance(args):
-        return np.linalg.norm(np.subtract(args.eye, args.at))
-
-    start = desktop.saved()
-    for button, is_orbit in (("1", True), ("3", False)):
-        desktop.point(PANEL_WIDTH + 150, 250)
-        time.sleep(0.3)
-        desktop.xdotool("mousedown", button)
-        for _ in range(4):
-            time.sleep(0.15)
-            desktop.xdotool("mousemove_relative", "--", "12", "-12")
-        time.sleep(0.3)
-        desktop.xdotool("mouseup", button)
-        end = settled(desktop, offline)
-        assert end.eye != start.eye
-        assert end.at == start.at
-        if is_orbit:
-            assert distance(end) == pytest.approx(distance(start), rel=1e-6)
-        else:
-            assert distance(end) < 0.95 * distance(start)
-            np.testing.assert_allclose(
-                np.subtract(end.eye, end.at) / distance(end),
-                np.subtract(start.eye, start.at) / distance(start),
-                atol=1e-6,
-            )
-        start = end
 
 
 def test_a_drag_on_the_panel_leaves_the_camera(desktop):

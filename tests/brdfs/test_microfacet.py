@@ -107,19 +107,6 @@ QUAD = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]]
 VIEW = {"eye": (0, -3, 3), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 20.0}
 
 
-@pytest.mark.long
-def test_all_estimators_have_the_same_mean(f32):
-    material = Material(alpha_x=0.3, alpha_y=0.1, F0=F0)
-    scene = scene_from_mesh(*QUAD, material=material, environment="studio")
-    assert scene.effects.brdfs == tuple(i for i, b in enumerate(scene.material_library.brdfs) if b.name == "microfacet")
-    means = {}
-    for name in ("uniform", "brdf", "environment", "mis"):
-        renderer = tt.A2Renderer(scene, 24, 24, camera=tt.Camera(24, 24, **VIEW)).use(name)
-        means[name] = renderer.render(512).image().mean(axis=(0, 1))
-    for name, mean in means.items():
-        np.testing.assert_allclose(mean, means["mis"], rtol=0.03, err_msg=name)
-
-
 def test_a_smooth_one_is_a_mirror_with_fresnels_colour(f32):
     scene = scene_from_mesh(*QUAD, material=Material(alpha_x=1e-6, alpha_y=1e-6, F0=F0), environment="white")
     image = tt.A2Renderer(scene, 8, 8, camera=tt.Camera(8, 8, eye=(0, 0.001, 5), up=(0, 1, 0), fov=5.0)).use("brdf")
@@ -146,25 +133,3 @@ class Rough:
     alpha_x: float
     alpha_y: float
     F0: tm.vec3
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("alpha", [0.3, 1e-6])
-def test_the_handouts_methods_are_those_that_run_as_soon_as_one_is_replaced(alpha, f32, monkeypatch):
-    """Also where the package's own form is a mirror."""
-    options = {"material": Material(alpha_x=alpha, alpha_y=alpha, F0=F0), "environment": "white"}
-    camera = tt.Camera(8, 8, eye=(0, 0.001, 5), up=(0, 1, 0), fov=5.0)
-    own = tt.A2Renderer(scene_from_mesh(*QUAD, **options), 8, 8, camera=camera).use("brdf").render(16).image()
-
-    @ti.func
-    def half(material, w_o, w_i, normal):
-        return 0.5 * schlick(material.F0, 1.0)
-
-    monkeypatch.setattr(tt.MicrofacetBRDF, "evaluate_brdf_factor", staticmethod(half))
-    scene = scene_from_mesh(*QUAD, **options)
-    assert [scene.material_library.brdfs[i].name for i in scene.effects.brdfs] == ["handout's microfacets"]
-    found = tt.A2Renderer(scene, 8, 8, camera=camera).use("brdf").render(16).image()
-    share = found.mean(axis=(0, 1)) / F0
-    np.testing.assert_allclose(share, share[0], rtol=1e-3)
-    assert 0.4 < share[0] < 0.5001  # directions below the horizon find no light
-    assert not np.allclose(own.mean(axis=(0, 1)), found.mean(axis=(0, 1)), rtol=0.1)

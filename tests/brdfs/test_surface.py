@@ -133,22 +133,6 @@ def _note(surface):
     assert [brdf.is_delta for brdf in mirror.brdfs] == [True] * (len(surface.brdfs) - len(rest.brdfs))
 
 
-@ti.kernel
-def _compile(scene: ti.template()):
-    ray = Ray(origin=tm.vec3(0.1, 0.2, 1), direction=tm.vec3(0, 0, -1))
-    _note(scene.surface_at(ray, scene.ray_intersector.query_ray(ray)))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("count", "expected"), [(1, (False, 1, 1, False)), (2, (False, 2, 2, False)), (3, (True, 3, 2, False))]
-)
-def test_only_the_brdfs_of_the_scene_are_compiled_and_a_mirror_can_be_left_out(f32, count, expected):
-    COMPILED.clear()
-    _compile(tt.SceneData(three_squares(MATERIALS[:count])).in_kernels())
-    assert tuple(COMPILED) == (expected,)
-
-
 def test_a_scene_with_one_brdf_compiles_no_decision(f32):
     """Nothing asks which BRDF a material has: the id is never read, though the material says another one."""
     scene = tt.SceneData(three_squares(MATERIALS[:1]))

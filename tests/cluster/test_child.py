@@ -3,12 +3,10 @@
 import errno
 import os
 
-import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.cluster import child, parcels_of
+from taichi_tracer.cluster import child
 from taichi_tracer.cluster.child import Desk, Stand, new_folder, samples_of
 from taichi_tracer.cluster.parcel import hash_of
 
@@ -47,28 +45,3 @@ def test_samples_of_a_part_are_those_of_all_its_ranges():
 
 def test_the_memory_is_known_where_the_system_tells():
     assert child.most_memory() >= 0
-
-
-@pytest.mark.exhaustive
-def test_ranges_of_an_adaptive_picture_give_the_bits_of_one_process(tmp_path):
-    """Each process takes the pilot itself; here, one takes it for its ranges, and another renderer for the picture."""
-    start("f32")
-    (parcel,), _ = parcels_of([OPTIONS | {"adaptive": True}])
-    desk = Desk(str(tmp_path), None)
-    desk.receive(parcel.message(), {})
-    done = [desk.render(parcel.id, WHICH, a, b - a) for a, b in ((0, 5), (5, 6), (6, 20))]
-    whole = desk.merge(parcel.id, WHICH, [desk.merge(parcel.id, WHICH, done[:2]), done[2]])
-    facts = child.facts_of(desk.renderer_of(parcel.id, WHICH))
-    assert "adaptive pilot" in facts
-    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
-    alone = tt.A2Renderer(scene, 12, 8, adaptive=True).use("brdf")
-    alone.render(1)
-    while alone.film.samples < 20:  # passes, in which not every pixel takes a sample
-        alone.add_sample(alone.film.samples)
-        alone.film.samples += 1
-    assert child.facts_of(alone) == facts
-    film = alone.film.alike()
-    film.from_arrays(whole["arrays"], 20)
-    np.testing.assert_array_equal(film.image(), alone.image())
-    assert alone.shares.mean < 1
-    desk.close()

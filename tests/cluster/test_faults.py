@@ -14,7 +14,7 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.cluster import members, ranges, sharing
 from taichi_tracer.system.errors import IncompleteError
 
-pytestmark = pytest.mark.exhaustive
+pytestmark = pytest.mark.slow
 OPTIONS = {"estimator": "mis", "environment": "studio", "intersector": "brute_force", "size": (48, 48), "arch": "cpu"}
 SPP = 3000
 

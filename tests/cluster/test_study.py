@@ -1,16 +1,12 @@
 """A study on a cluster: one worker measures, and what its processes are asked for; real ones are at the end."""
 
-import signal
 import threading
-import time
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cli import main, make_parser
+from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.cluster import study
 from taichi_tracer.cluster.members import Member
 from taichi_tracer.cluster.worker import GoneError
@@ -114,37 +110,3 @@ def test_a_cluster_without_a_worker_that_fits_ends_the_call(two_machines):
     two_machines.cluster.look = look
     with pytest.raises(WorkerDied, match=r"Taichi 1\.6\.0 there"):
         two_machines.start_worker().ask("open").result(10)
-
-
-@pytest.mark.exhaustive
-def test_a_study_of_files_on_two_workers(machines, tmp_path, monkeypatch, capsys):
-    """The scene and its environment are files that the workers do not have."""
-    start("f32")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.obj").write_text("mtllib m.mtl\nv -1 0 -1\nv 1 0 -1\nv 0 1 0\nusemtl a\nf 1 2 3\n")
-    (tmp_path / "m.mtl").write_text("newmtl a\nKd 0.8 0.4 0.1\n")
-    np.save(tmp_path / "sky.npy", np.random.default_rng(1).exponential(size=(8, 16, 3)).astype(np.float32) ** 4)
-    machines.add(), machines.add()
-    words = ["accuracy", "scene.obj", "--environment", "sky.npy", "--estimators", "brdf,mis", "--size", "32"]
-    words += ["--samplers", "independent", "--precisions", "f32", "--fast-math", "off", "--forms", "fast"]
-    assert main([*words, "--budget", "60", "--arch", "cpu", "--cluster", machines.address, "--report", "report"]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith("scene under sky.npy, 32x32")
-    assert "mis, independent" in told
-    assert "Every time was measured on one worker, tcp://127.0.0.1:" in told
-    assert "1 other worker rendered" in told or "It rendered the reference, too." in told  # if the other came too late
-    assert (tmp_path / "report" / "accuracy.html").exists()
-    assert not list(tmp_path.glob("w*/**/scene.obj"))  # the workers have removed it
-
-
-@pytest.mark.exhaustive
-def test_a_study_whose_worker_is_killed_says_so(machines, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    worker = machines.add()
-    started = threading.Thread(target=lambda: (time.sleep(12), worker.send_signal(signal.SIGKILL)), daemon=True)
-    started.start()
-    words = ["accuracy", "cube", "--environment", "studio", "--size", "32", "--budget", "60", "--arch", "cpu"]
-    code = main([*words, "--cluster", machines.address])
-    captured = capsys.readouterr()
-    assert "has gone" in captured.out + captured.err
-    assert code in (0, 2)  # with what was measured, or with a line if there was nothing yet

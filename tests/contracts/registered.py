@@ -18,11 +18,10 @@ def every(kind, only=lambda part: True, alike=()):
 
     Args:
         only: which parts of the kind.
-        alike: names of parts that share most of their code with another: only the exhaustive tests have them.
+        alike: names of parts that share most of their code with another: they are left out.
     """
-    parts = [part for part in PARTS.all(kind) if only(part)]
-    marks = {True: pytest.mark.exhaustive, False: ()}
-    return pytest.mark.parametrize("part", [pytest.param(p, id=p.name, marks=marks[p.name in alike]) for p in parts])
+    parts = [part for part in PARTS.all(kind) if only(part) and part.name not in alike]
+    return pytest.mark.parametrize("part", [pytest.param(part, id=part.name) for part in parts])
 
 
 @contextmanager

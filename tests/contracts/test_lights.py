@@ -45,15 +45,6 @@ def images():
     }
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", images())
-def test_environments(name):
-    image, options = images()[name]
-    light, scene = environment_light(image, **options)
-    lights.check_light_of_samples(light, cells=SphereCells.equal_angles(16, 32))
-    scene.destroy()
-
-
 # ── lights for the tests: half a sky and a lamp, both right, and what can be wrong with them ──
 
 

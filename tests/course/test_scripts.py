@@ -104,26 +104,6 @@ def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     assert renderer.sample_mode[None] == A2Renderer.SampleMode.BRDF
 
 
-@pytest.mark.long
-def test_the_weights_of_the_third_assignment_are_live(f32):
-    renderer = A3Renderer(width=24, height=12, scene_data=load_scene_data(SceneName.VEACH))
-    renderer.set_sample_mis()
-    assert renderer.sample_mode[None] == A3Renderer.SampleMode.MIS == 4
-    renderer.render()
-    renderer.mis_plight[None], renderer.mis_pbrdf[None] = 0.5, 0.5  # as a slider that nobody moves
-    renderer.render()
-    assert renderer.iter_counter[None] == 2
-    renderer.mis_plight[None] = 0.3
-    renderer.render()
-    assert (renderer.sample_mode[None], renderer.iter_counter[None]) == (4, 1)
-    assert (renderer.mis_plight[None], renderer.mis_pbrdf[None]) == (0.3, 0.7)
-    renderer.postprocess()
-    canvas, shown = renderer.canvas.to_numpy(), renderer.canvas_postprocessed.to_numpy()
-    np.testing.assert_allclose(shown, np.clip(canvas, 0, 1) ** (1 / 2.2), atol=1e-6)
-    with pytest.raises(tt.InputError, match=r"mis_plight\[None\] must be a number from 0 to 1"):
-        renderer.mis_plight[None] = 1.5
-
-
 def test_paths_of_the_fourth_assignment(f32):
     renderer = A4Renderer(width=16, height=16, scene_data=load_scene_data(SceneName.CORNELL_BOX))
     renderer.set_shading_implicit()

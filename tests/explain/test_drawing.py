@@ -6,7 +6,6 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-import taichi_tracer as tt
 from taichi_tracer.explain import drawing
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1.0]])
@@ -73,21 +72,6 @@ def test_labels_never_overlap_however_near_the_surfaces_are(spread):
         directions = [(drawing.unit(rng.normal(size=3) + [0, 2, 0]), "#000", what) for what in ("BRDF", "light")]
         normal = np.array([0, 1.0, 0])
         assert len(check_labels(drawing.lobe_drawing(np.ones(9), normal, normal, directions))) == 4
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("f32")
-def test_labels_of_real_paths_do_not_overlap():
-    renderer = tt.A4Renderer(tt.load_scene_data("cornell_box"), 24, 16).use("path")
-    renderer.max_bounces = 5
-    renderer.rr_termination_probability = 0.0
-    counts = []
-    for column in range(8, 16):
-        found = renderer.explain(column, 10)
-        counts.append(len(found.find("surface")))
-        for svg in found.drawings():
-            check_labels(svg)
-    assert max(counts) >= 5
 
 
 def test_a_label_without_room_is_left_out():

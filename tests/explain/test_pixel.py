@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-import taichi as ti
-import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
@@ -28,15 +26,6 @@ def one_that_hits(renderer):
     rows, columns = np.nonzero(renderer.aov("material_id") >= 0)
     every = (renderer.explain(int(c), int(r)) for r, c in zip(rows, columns, strict=True))
     return next(found for found in every if found.find("query_segment")[0].values["is_hit"])
-
-
-@pytest.mark.long
-def test_the_mean_is_the_pixel_to_the_last_bit(picture):
-    image = picture.image()
-    for row, column in np.ndindex(SIZE[1], SIZE[0]):
-        found = picture.explain(column, row, (row + column) % 5)
-        assert np.array_equal(found.mean, image[row, column])
-    assert np.array_equal(found.error, picture.error_image()[row, column])
 
 
 def test_the_steps_have_the_handouts_names_and_order(picture):
@@ -66,38 +55,6 @@ def test_the_steps_have_the_handouts_names_and_order(picture):
     assert "light 1" in path  # from the first surface
 
 
-@pytest.mark.exhaustive
-def test_a_view_is_explained_too(cube):
-    renderer = tt.A1Renderer(cube, *SIZE).use("normal").render()
-    found = one_that_hits(renderer)
-    assert np.array_equal(found.mean, renderer.image()[found.row, found.column])
-    assert np.allclose(found.mean, (found.find("query_segment")[0].values["normal"] + 1) / 2, atol=1e-6)
-
-
-@pytest.mark.long
-def test_what_a_student_replaced_is_what_is_explained(cube):
-    @ti.data_oriented
-    class Shifted(tt.Camera):
-        @ti.func
-        def generate_ndc_coords(self, pixel_x, pixel_y):
-            return tm.vec2(0.25, -0.125)
-
-    renderer = tt.A1Renderer(cube, *SIZE, camera=Shifted).use("distance").render()
-    found = renderer.explain(2, 3)
-    (step,) = found.find("generate_ndc_coords")
-    assert step.values["ndc"].tolist() == [0.25, -0.125]
-    assert np.array_equal(found.mean, renderer.image()[3, 2])
-
-
-@pytest.mark.exhaustive
-def test_samples_that_were_not_rendered_can_be_explained(cube):
-    renderer = tt.A2Renderer(cube, *SIZE, seed=3).use("brdf")
-    before = renderer.explain(10, 8, sample=3, samples=4)
-    renderer.render(4)
-    assert np.array_equal(before.mean, renderer.image()[8, 10])
-    assert np.array_equal(before.value, renderer.explain(10, 8, 3).value)
-
-
 @pytest.mark.parametrize(
     ("pixel", "message"),
     [
@@ -122,50 +79,3 @@ def compare(scene, renderer_class, name, precision_sampler="niederreiter", count
 
 CLASSES = (tt.A1Renderer, tt.A2Renderer, tt.A3Renderer, tt.A4Renderer)
 WAYS = [(c, name) for c in CLASSES for name in c.names() if c is not tt.A3Renderer or name == "mis_one_sample"]
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("precision", ["f32", "f64"])
-@pytest.mark.parametrize("fast", [True, False], ids=["fast", "plain"])
-@pytest.mark.parametrize(("renderer_class", "name"), WAYS)
-def test_every_way_has_the_bits_of_its_picture(renderer_class, name, fast, precision):
-    """A hundred pixels in all of every precision and form, in scenes with lamps, mirrors and glass."""
-    start(precision)
-    for scene_name in ("cornell_box", "caustic_sphere"):
-        scene = tt.load_scene_data(scene_name, fast=fast)
-        compare(scene, renderer_class, name, count=3)
-        compare(scene, renderer_class, name, "independent", count=2)
-        scene.destroy()
-    start("f32")
-
-
-@pytest.mark.exhaustive
-def test_paths_under_a_sky_with_spheres():
-    start("f32")
-    scene = tt.load_scene_data("rt3/three_spheres", environment="studio")
-    compare(scene, tt.A4Renderer, "path", count=6)
-    scene.destroy()
-
-
-@pytest.mark.exhaustive
-def test_the_boxes_of_the_plain_hierarchy_are_noted(cube):
-    scene = tt.load_scene_data("cornell_box", fast=False)
-    found = one_that_hits(tt.A1Renderer(scene, *SIZE).use("hit").render())
-    boxes = found.find("a box is tried")
-    assert found.counts["a box is tried"] == len(boxes) > 3
-    assert boxes[0].values["node"] == 0
-    assert all(step.values["is_met"] == (step.values["t_near"] <= step.values["t_far"]) for step in boxes)
-    assert "boxes tried" in found.work
-
-
-@pytest.mark.exhaustive
-def test_another_camera_and_another_start_are_noticed():
-    start("f32")  # others of this file start Taichi again, so that the scene of the fixture may be gone
-    renderer = tt.A1Renderer(tt.load_scene_data("cube"), *SIZE).use("distance").render()
-    before = one_that_hits(renderer)
-    renderer.camera = tt.OrthographicCamera(*SIZE, eye=(0, 0, 9), at=(0, 0, 0), screen_window=(-2, 2, -2, 2))
-    assert renderer.explain(before.column, before.row).find("generate_ray")[0].values["direction"].tolist() == [
-        0,
-        0,
-        -1,
-    ]

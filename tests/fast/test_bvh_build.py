@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from shapes import BOXES, random_boxes
-from support import start
 
 from taichi_tracer.fast import bvh_build
 
@@ -13,14 +12,6 @@ pytestmark = pytest.mark.usefixtures("f32")
 @pytest.mark.parametrize("name", BOXES)
 def test_a_small_tree_is_one(name, rng):
     box = np.ascontiguousarray(BOXES[name](rng)[: bvh_build.FEW_PRIMITIVES], np.float32)
-    check(box, bvh_build.build(box))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", BOXES)
-def test_the_tree_is_one(name, rng, monkeypatch):
-    monkeypatch.setattr(bvh_build, "FEW_PRIMITIVES", 0)
-    box = np.ascontiguousarray(BOXES[name](rng), np.float32)
     check(box, bvh_build.build(box))
 
 
@@ -75,17 +66,6 @@ def test_the_heuristic_separates_two_clusters(rng):
     tree = bvh_build.build(np.concatenate([near, far]).astype(np.float32))
     left = tree.child[0]
     assert {tree.end[left] - tree.begin[left], tree.end[left + 1] - tree.begin[left + 1]} == {100, 900}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", BOXES)
-def test_with_fast_math_the_tree_is_one(name, rng, monkeypatch):
-    """The compiler then knows no infinity, and so not that a plane beside all items costs too much."""
-    start("f32", fast_math=True)
-    try:
-        test_the_tree_is_one(name, rng, monkeypatch)
-    finally:
-        start("f32")
 
 
 @pytest.mark.parametrize("count", [2, 36, bvh_build.TINY, bvh_build.FEW_PRIMITIVES])

@@ -1,19 +1,13 @@
 """Sixteen eye rays at once have the bits of ``generate_ray``, and lanes step aside where a camera is its own."""
 
 import numpy as np
-import pytest
 import taichi as ti
 import taichi.math as tm
-from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, ProjectiveCamera
-from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.pixel_lanes import OrthographicLanes, PerspectiveLanes, generate_rays, lanes_of
-from taichi_tracer.system import runtime
-
-WINDOW = {"screen_window": (-1.5, 1.0, -0.5, 0.75)}
+from taichi_tracer.fast.pixel_lanes import PerspectiveLanes, generate_rays, lanes_of
 
 
 @ti.kernel
@@ -33,26 +27,6 @@ def _both(form: ti.template(), camera: ti.template(), xi: ti.types.ndarray(ndim=
                 out[i, lane, k], out[i, lane, 3 + k] = ray.origin[k], ray.direction[k]
             out[i, lane, 6], out[i, lane, 7], out[i, lane, 8] = all_ox[lane], all_oy[lane], all_oz[lane]
             out[i, lane, 9], out[i, lane, 10], out[i, lane, 11] = all_dx[lane], all_dy[lane], all_dz[lane]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("camera_class", "form", "window"),
-    [
-        (Camera, PerspectiveLanes, {"fov": 70.0}),
-        (Camera, PerspectiveLanes, WINDOW),
-        (OrthographicCamera, OrthographicLanes, WINDOW),
-    ],
-)
-@pytest.mark.parametrize("handedness", long_except(["left", "right"], "left"))
-def test_lanes_have_the_bits_of_single_rays(precision, camera_class, form, window, handedness, rng):
-    eye, at, up = rng.normal(size=(3, 3)) * [[5], [1], [1]]
-    camera = camera_class(19, 13, eye=eye, at=at, up=up, handedness=handedness, **window)
-    assert lanes_of(camera) is form
-    out = np.zeros((10, LANES, 12), runtime.dtype())
-    _both(form, camera, rng.random((10, 2 * LANES)).astype(runtime.dtype()), out)
-    np.testing.assert_array_equal(out[:, :, 6:], out[:, :, :6])
-    assert form.share_origin == (np.ptp(out[:, :, :3], axis=(0, 1)) == 0).all()
 
 
 def test_a_camera_with_a_method_of_its_own_has_no_lanes(f32, monkeypatch):

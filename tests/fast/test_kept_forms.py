@@ -69,26 +69,6 @@ def test_nothing_is_kept_where_no_folder_can_be_written(kept, monkeypatch):
     assert kept.seconds("mis") == 0
 
 
-@pytest.mark.long
-def test_tiles_run_from_the_first_sample_on_where_they_are_kept_and_much_is_to_be_rendered(kept, monkeypatch):
-    needs_lanes()
-    scene = tt.load_scene_data("torus_knot", environment="studio")
-    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
-    assert not renderer.plan.in_tiles
-    kept.add(key_of(renderer, renderer.kernel_scene(), renderer.active), 1e9)
-    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
-    assert not renderer.plan.in_tiles  # 4,096 samples are soon taken
-    plain = renderer.image()
-    monkeypatch.setattr(plan, "LEAST", Least(5 * 1024, 5 * 1024))
-    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
-    assert not renderer.plan.in_tiles  # no form changes within a picture: both would be read
-    assert renderer.render(4).plan.in_tiles
-    monkeypatch.setattr(plan, "LEAST", Least(4096, 4096))
-    renderer = tt.A3Renderer(scene, 32, 32).use("mis").render(4)
-    assert renderer.plan.in_tiles
-    assert (renderer.image() == plain).all()
-
-
 def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kept, tmp_path, monkeypatch):
     needs_lanes()
     monkeypatch.setattr(plan, "LEAST", Least(1, 1))
@@ -106,19 +86,6 @@ def test_what_was_rendered_without_tiles_is_noted_until_they_would_have_paid(kep
     again = tt.A3Renderer(scene, 16, 16).use("mis").render(4)
     assert again.plan.in_tiles
     assert KeptForms().seconds(key) == math.inf
-
-
-@pytest.mark.long
-def test_another_renderer_takes_tiles_at_once_where_the_process_has_them(kept, monkeypatch):
-    needs_lanes()
-    monkeypatch.setattr(plan, "LEAST", Least(1, math.inf))
-    first, second = (tt.load_scene_data("torus_knot", environment="studio") for _ in range(2))
-    assert not tt.A3Renderer(first, 32, 32).use("mis").render(4).plan.in_tiles
-    tiles = tt.A3Renderer(first, 32, 32).use("mis")
-    tiles.use_tiles = True
-    tiles.render(1)
-    assert tt.A3Renderer(second, 48, 32).use("mis").render(4).plan.in_tiles
-    assert not tt.A3Renderer(second, 48, 32).use("brdf").render(4).plan.in_tiles
 
 
 def test_packets_are_used_sooner_where_they_are_kept_or_would_have_paid(kept, monkeypatch):

@@ -30,7 +30,7 @@ def scene_of(shape, rng, precision, **options):
     return tt.scene_from_mesh(vertices.astype(np.float32), faces, **options), vertices, faces
 
 
-@pytest.mark.parametrize("precision", ["f32", pytest.param("f64", marks=pytest.mark.long)])
+@pytest.mark.parametrize("precision", ["f32"])
 @pytest.mark.parametrize("shape", [soup, lattice])
 @pytest.mark.filterwarnings("ignore:mesh")
 def test_each_triangle_of_a_block_has_the_answer_of_the_plain_test(shape, precision, rng):

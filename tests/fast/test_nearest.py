@@ -1,15 +1,12 @@
 """Fast brute force: the answers of the plain form, whatever the geometry has, and hits that are described once."""
 
 import numpy as np
-import pytest
-from compare import assert_same_answers
-from shapes import SQUARE, lattice, random_rays, random_spheres, soup, with_spheres
-from support import long_except
+from shapes import SQUARE, lattice, random_spheres, soup, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.ray_intersector import RayIntersector
 
 
 def everything(rng):
@@ -35,26 +32,6 @@ MESHES = {
     "spheres alone": lambda rng: with_spheres(random_spheres(rng, 30)),
     "everything": everything,
 }
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", long_except(MESHES, "lattice", "everything"))
-def test_it_answers_as_the_plain_form(precision, name, rng):
-    mesh = MESHES[name](rng)
-    plain, fast = (tt.SceneData(mesh, intersector="brute_force", fast=fast) for fast in (False, True))
-    assert type(plain.ray_intersector) is BruteForceRayIntersector
-    assert type(fast.ray_intersector) is FastBruteForce
-    origins, directions = random_rays(rng, 6_000, reach=2)
-    hits = assert_same_answers(plain, fast, origins, directions)
-    assert 0.01 < hits.is_hit.mean() < 0.99
-    interval = {"t_min": 0.5, "t_max": np.where(hits.is_hit, hits.distance, 1.5)}
-    assert_same_answers(plain, fast, origins, directions, **interval)
-
-
-@pytest.mark.long
-def test_only_triangles_with_two_sides_are_plain_geometry(f32, rng):
-    kinds = {name: tt.SceneData(make(rng)).ray_intersector.is_plain_geometry for name, make in MESHES.items()}
-    assert [name for name, is_plain in kinds.items() if is_plain] == ["soup", "lattice"]
 
 
 def test_every_fast_form_names_the_plain_one_that_it_stands_in_for():

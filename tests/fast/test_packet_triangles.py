@@ -1,18 +1,15 @@
 """The triangle tests for sixteen rays at once: the bits of the plain ones, or "undecided", never anything else."""
 
 import numpy as np
-import pytest
 import taichi as ti
 import taichi.math as tm
 from probe import vec3
-from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.packet_shapes import PACKET_TESTS
-from taichi_tracer.fast.packets import GROUPS, Packets
+from taichi_tracer.fast.packets import GROUPS
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
-from taichi_tracer.system import runtime
 
 TRIANGLES = 60
 
@@ -44,31 +41,6 @@ def _both(
                 is_in, t0, u0, v0_, det = solve(origin, vec3(rays, lane, 3), v0, v1, v2)
                 plain[i, lane, 0] = ti.cast(is_in and det != 0, ti.i32)
                 plain[i, lane, 1], plain[i, lane, 2], plain[i, lane, 3] = t0, u0, v0_
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("solve", long_except([watertight, moller_trumbore], watertight))
-def test_lanes_have_the_bits_of_the_plain_test(precision, solve, rng):
-    """Of rays with one heading, as a packet has them; some through vertices and edges."""
-    dtype = runtime.dtype()
-    vertices = rng.normal(size=(3 * TRIANGLES, 3)).astype(np.float32) + np.float32([0, 0, 8])
-    scene = tt.scene_from_mesh(vertices, np.arange(3 * TRIANGLES).reshape(-1, 3))
-    origin = np.float32([-6, -5, -4])
-    targets = np.concatenate(
-        [vertices[:4], (vertices[0:12:3] + vertices[1:12:3]) / 2, rng.normal(size=(8, 3)) + [0, 0, 8]]
-    )
-    rays = np.column_stack([np.tile(origin, (LANES, 1)), targets - origin]).astype(dtype)
-    assert (rays[:, 3:] > 0).all()
-    assert (rays[:, 5] > rays[:, 3:5].max(axis=1)).all()  # one heading: all signs positive, z the largest
-    plain, packed = np.zeros((TRIANGLES, LANES, 4), dtype), np.zeros((TRIANGLES, LANES, 5), dtype)
-    _both(PACKET_TESTS[solve], solve, Packets(1, True), scene.ray_intersector, rays, plain, packed)
-    inside, undecided = packed[..., 0] != 0, packed[..., 1] != 0
-    np.testing.assert_array_equal(inside[~undecided], plain[..., 0][~undecided] != 0)
-    np.testing.assert_array_equal(packed[..., 2:][inside], plain[..., 1:][inside])
-    assert inside.sum() > 20
-    assert not (inside & undecided).any()
-    if solve is moller_trumbore or precision == "f64":
-        assert not undecided.any()
 
 
 def test_every_test_of_the_package_has_lanes_and_others_have_none():

@@ -7,10 +7,8 @@ import taichi.math as tm
 from probe import ask, vec3
 from support import start
 
-import taichi_tracer as tt
 from taichi_tracer.fast import packets
-from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.packets import GROUPS, Packets
+from taichi_tracer.fast.lanes import lanes
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.system import runtime
 
@@ -53,66 +51,6 @@ def test_a_slab_of_several_rays_holds_that_of_each(precision, rng):
         assert (out[:, 0] <= out[:, 2 + 2 * ray]).all()
         assert (out[:, 1] >= out[:, 3 + 2 * ray]).all()
     assert 0.01 < (out[:, 0] <= out[:, 1]).mean() < 0.99
-
-
-@ti.kernel
-def _headings(
-    store: ti.template(), intersector: ti.template(), rays: ti.types.ndarray(ndim=3), out: ti.types.ndarray(ndim=2)
-):
-    for c in range(1):
-        for g in ti.static(range(GROUPS)):
-            parts = ti.Matrix([[0.0] * LANES for _ in range(6)], float)
-            for k in ti.static(range(6)):
-                for lane in ti.static(range(LANES)):
-                    parts[k, lane] = rays[g, lane, k]
-            ox, oy, oz = lanes(0.0), lanes(0.0), lanes(0.0)
-            dx, dy, dz = lanes(0.0), lanes(0.0), lanes(0.0)
-            for lane in ti.static(range(LANES)):
-                ox[lane], oy[lane], oz[lane] = parts[0, lane], parts[1, lane], parts[2, lane]
-                dx[lane], dy[lane], dz[lane] = parts[3, lane], parts[4, lane], parts[5, lane]
-            store.put_rays(c, g, ox, oy, oz, dx, dy, dz)
-        n = 0
-        heading = store.next_heading(c)
-        while heading >= 0:
-            common = store.take_heading(c, heading, tm.vec3(0), intersector)
-            out[n, 0] = heading
-            for k in ti.static(range(3)):
-                out[n, 1 + k], out[n, 4 + k] = common.low[k], common.high[k]
-                out[n, 7 + k], out[n, 10 + k] = common.near_origin[k], common.far_origin[k]
-            out[n, 13] = 0.0
-            for g in ti.static(range(GROUPS)):
-                for lane in ti.static(range(LANES)):
-                    if store.reach[c, g][lane] > -tm.inf:
-                        out[n, 13] += 1
-            n += 1
-            heading = store.next_heading(c)
-
-
-@pytest.mark.long
-def test_rays_are_taken_by_their_heading_and_know_what_they_have_in_common(rng):
-    """Each ray once; the extremes of 1/d and of the moved origins hold those of every ray of the heading."""
-    start("f32")
-    scene = tt.scene_from_mesh(rng.normal(size=(3, 3)), [[0, 1, 2]])
-    store = Packets(1, share_origin=False)
-    rays = rng.normal(size=(GROUPS, LANES, 6)).astype(np.float32)
-    out = np.zeros((40, 14), np.float32)
-    _headings(store, scene.ray_intersector, rays, out)
-    rows = rays.reshape(-1, 6)
-    inverse = np.float32(1) / rows[:, 3:]
-    size = np.abs(rows[:, 3:])
-    heading = ((inverse < 0) * [1, 2, 4]).sum(axis=1) + 8 * size.argmax(axis=1)
-    known = np.unique(heading)[::-1]
-    assert len(known) > 10
-    np.testing.assert_array_equal(out[: len(known), 0], known)
-    assert not out[len(known) :].any()
-    for row, number in zip(out, known, strict=False):
-        mine = heading == number
-        assert row[13] == mine.sum()
-        np.testing.assert_array_equal(row[1:4], inverse[mine].min(axis=0))
-        np.testing.assert_array_equal(row[4:7], inverse[mine].max(axis=0))
-        signs = np.where([int(number) >> k & 1 for k in range(3)], -1, 1)
-        assert (signs * row[7:10] >= (signs * rows[mine, :3]).max(axis=0)).all()
-        assert (signs * row[10:13] <= (signs * rows[mine, :3]).min(axis=0)).all()
 
 
 @pytest.mark.parametrize(("heading", "axes"), [(0, (1, 2, 0)), (8 + 5, (2, 0, 1)), (16 + 7, (0, 1, 2))])

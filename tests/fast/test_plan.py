@@ -1,12 +1,8 @@
 """A fast form runs only while no method of the plain one is replaced, and the receipt says which runs and why."""
 
-from time import perf_counter
-
-import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE
-from support import needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.far_light import FarLight
@@ -18,7 +14,6 @@ from taichi_tracer.forms import EyeRays, has_fast_form
 from taichi_tracer.integrators.direct_light import BrdfSampling
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
-from taichi_tracer.system import compiling
 from taichi_tracer.system.registry import PARTS
 
 PAIRS = [(BVHRayIntersector, WideBVH), (BruteForceRayIntersector, FastBruteForce)]
@@ -149,55 +144,6 @@ def test_going_back_to_an_estimator_compiles_nothing():
     first = renderer.use("brdf").plan.integrator(scene)
     assert renderer.use("uniform").plan.integrator(scene) is not first
     assert renderer.use("brdf").plan.integrator(scene) is first
-
-
-@pytest.mark.long
-def test_going_back_to_tiles_compiles_nothing():
-    needs_patch("counters")
-    start("f32", fast_math=False)  # anew: Taichi forgets kernels when memory of earlier scenes is freed
-    renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 32, 32)
-    renderer.use_tiles = True
-    pictures = {}
-    for name in ("brdf", "mis"):
-        pictures[name] = renderer.use(name).render(2).image()
-    begun = perf_counter()
-    renderer.use_tiles = None  # what was compiled is used from the first sample on, for pictures of any length
-    for name in ("brdf", "mis"):
-        assert np.array_equal(renderer.use(name).render(2).image(), pictures[name])
-        assert renderer.plan.tiles is not None
-    assert compiling.kernels(begun) == []
-
-
-@pytest.mark.long
-def test_the_receipt_has_the_numbers_that_decided():
-    scene = tt.load_scene_data("torus_knot", environment="studio")
-    renderer = tt.A2Renderer(scene, 24, 16, jitter=False).use("brdf").render(3)
-    receipt = renderer.receipt()
-    assert (
-        "samples         pixel by pixel: 0.0 s of rendering are left; tiles are worth their compilation from 8 s on"
-        in receipt
-    )
-    assert "their search    one by one: more than 8 triangles for each pixel" in receipt
-    view = tt.A1Renderer(tt.scene_from_mesh(*SQUARE), 24, 16).render()
-    told = "their search    one by one: 1 × 384 rays so far; packets are worth their start from 33,554,432 on"
-    assert told in view.receipt()
-    view.eye_rays.use_packets = True
-    view.camera.version += 1
-    view.render()
-    assert "their search    in packets: 2 × 384 rays so far" in view.receipt()
-
-
-@pytest.mark.long
-def test_a_short_picture_compiles_one_form():
-    """``render`` is asked for a few samples, again and again: packets would take longer to compile than they gain."""
-    needs_patch("counters")
-    start("f32", fast_math=False)  # anew: Taichi forgets kernels when memory of earlier scenes is freed
-    renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 256, 256).use("brdf").render(1)
-    begun = perf_counter()
-    for _ in range(3):
-        renderer.render(4)
-    assert compiling.kernels(begun) == []
-    assert renderer.plan.tiles is None
 
 
 @pytest.mark.parametrize("name", ["bvh", "brute_force"])

@@ -6,22 +6,18 @@ import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
-from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera
-from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.fast import kept_forms, primary_hits
 from taichi_tracer.fast.kept_forms import KeptForms
 from taichi_tracer.fast.nearest import FastBruteForce
 from taichi_tracer.fast.packet_shapes import PACKET_TESTS
-from taichi_tracer.fast.pixel_lanes import PerspectiveLanes
 from taichi_tracer.fast.primary_hits import PrimaryHits, why_not_kept
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.samplers.sobol import SobolSampler
-from taichi_tracer.system.registry import PARTS
 
 FIELDS = ("distance", "triangle_id", "u", "v")
 
@@ -65,9 +61,7 @@ VIEWS = {
 TEST_NAMES = [solve.__name__ for solve in PACKET_TESTS]
 
 
-@pytest.mark.parametrize(
-    "test", [pytest.param(n, marks=pytest.mark.exhaustive) if n == "moller_trumbore" else n for n in TEST_NAMES]
-)
+@pytest.mark.parametrize("test", [n for n in TEST_NAMES if n != "moller_trumbore"])
 def test_packets_equal_single_rays_bit_for_bit(test, rng):
     scene = tt.scene_from_mesh(*many_shapes(rng), triangle_test=test)
     camera = Camera(61, 47)
@@ -98,56 +92,6 @@ def test_a_search_of_every_primitive_equals_that_of_the_tree_bit_for_bit(rng, mo
     assert every.searcher() is scene.ray_intersector
 
 
-@pytest.mark.exhaustive
-def test_packets_of_parallel_rays_equal_single_ones(rng):
-    """Also along an axis, where two components of every direction are 0."""
-    scene = tt.scene_from_mesh(*many_shapes(rng))
-    camera = OrthographicCamera(37, 22)
-    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
-    for name in ("soup", "lattice seen along an axis", "inside a sphere"):
-        view = {part: VIEWS[name][part] for part in ("eye", "at")}
-        camera.set_camera_parameters(**view, screen_window=(-2, 2, -1, 1))
-        assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
-
-
-@ti.data_oriented
-class ScatteredCamera(Camera):
-    """Rays that start beside the eye, each somewhere else."""
-
-    @ti.func
-    def ray_through(self, ndc):
-        ray = Camera.ray_through(self, ndc)
-        ray.origin.x += ndc.y / 8
-        return ray
-
-
-class ScatteredLanes:
-    """The same for sixteen pixels at once."""
-
-    share_origin = False
-
-    @staticmethod
-    @ti.func
-    def rays_through(camera: ti.template(), x, y):
-        ox, oy, oz, dx, dy, dz = PerspectiveLanes.rays_through(camera, x, y)
-        return ox + (y - camera.centre[None].y) / camera.half_size[None].y / 8, oy, oz, dx, dy, dz
-
-
-@pytest.mark.long
-def test_packets_of_rays_without_a_common_origin_equal_single_ones(rng):
-    """The lanes of a camera say whether its rays start at one point."""
-    scene = tt.scene_from_mesh(*many_shapes(rng))
-    camera = ScatteredCamera(40, 24, **VIEWS["soup"])
-    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
-    assert not packets.can_use_packets  # a camera of a user's own goes ray by ray
-    packets.lanes, packets.can_use_packets = ScatteredLanes, True
-    for hits in (single, packets):
-        hits.trace()
-    a, b = (hits.to_image("triangle_id") for hits in (single, packets))
-    assert (a >= 0).mean() > 0.1
-    assert (a == b).mean() > 0.99  # the two forms of this camera round differently
-
-
 def special(kind, rng):
     """A mesh of culled triangles, of spheres among them, or of neither."""
     vertices, faces = soup(rng, 80)
@@ -155,67 +99,6 @@ def special(kind, rng):
     if kind == "spheres":
         return with_spheres(random_spheres(rng, 40, 0.4), vertices, faces, face_culls=culls)
     return Mesh(vertices, faces, face_culls=culls if kind == "culled" else None)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("kind", long_except(["spheres", "culled", "neither"], "spheres"))
-def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
-    scene, camera = tt.SceneData(special(kind, rng)), Camera(45, 30, screen_window=(-1.5, 1.5, -1, 1))
-    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
-    assert len(np.unique(assert_same_bits(single, packets))) > 1
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", [Camera, pytest.param(OrthographicCamera, marks=pytest.mark.exhaustive)])
-def test_both_forms_keep_the_normals_of_spheres(f32, kind, rng):
-    """The same bits; and in f64, the point where the ray meets the sphere lies on this normal."""
-    scene, camera = tt.SceneData(special("spheres", rng)), kind(45, 30, screen_window=(-1.5, 1.5, -1, 1))
-    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
-    ids = assert_same_bits(single, packets)
-    is_sphere = np.isin(ids, scene.mesh.sphere_ids)
-    assert is_sphere.sum() > 50
-    normals = [np.stack([hits.image_of(one)[is_sphere] for one in hits.normal], axis=1) for hits in (single, packets)]
-    np.testing.assert_array_equal(*normals)
-    y, x = np.nonzero(is_sphere)
-    origins, directions = camera.rays(x, camera.height - 1 - y)
-    t = packets.to_image("distance")[is_sphere][:, None]
-    sphere = scene.mesh.spheres[np.searchsorted(scene.mesh.sphere_ids, ids[is_sphere])]
-    expected = (origins.astype(np.float64) + t * directions - sphere[:, :3]) / sphere[:, 3:]
-    np.testing.assert_allclose(normals[0], expected, atol=1e-4)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("kind", [Camera, OrthographicCamera])
-@pytest.mark.parametrize("sampler", ["sobol", "niederreiter", "independent"])
-def test_packets_pass_through_the_same_random_points(precision, sampler, kind, rng):
-    """With jitter: the rays of a sample, through the points that the sampler has for each pixel alone."""
-    scene = tt.scene_from_mesh(*soup(rng, 80))
-    camera = kind(21, 14, screen_window=(-1.5, 1.5, -1, 1))
-    samples = sampler_of(PARTS.find("sampler", sampler), camera)
-    single, packets = (PrimaryHits(scene, camera, True, samples, use_packets=use) for use in (False, True))
-    for hits in (single, packets):
-        hits.trace(seed=3, index=5)
-    for name in FIELDS:
-        np.testing.assert_array_equal(single.to_image(name), packets.to_image(name), err_msg=name)
-    kept = [[hits.image_of(one) for one in (*hits.direction, *hits.origin)] for hits in (single, packets)]
-    np.testing.assert_array_equal(*kept)
-    assert len(np.unique(kept[0][0 if kind is Camera else 3])) > 200
-
-
-@pytest.mark.exhaustive
-def test_packets_equal_single_rays_far_from_the_origin():
-    scene = tt.scene_from_mesh(*sphere(centre=(1e4, 0, -2e4)))
-    camera = Camera(18, 18, eye=(1e4, 0.5, -2e4 + 4), at=(1e4, 0, -2e4))
-    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
-    assert (assert_same_bits(single, packets) >= 0).mean() > 0.1
-
-
-@pytest.mark.long
-def test_an_empty_scene_has_no_hits():
-    scene = tt.scene_from_mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
-    single, packets = (PrimaryHits(scene, Camera(3, 2), use_packets=use) for use in (False, True))
-    assert (assert_same_bits(single, packets) == -1).all()
-    assert np.isinf(fields_of(packets)["distance"]).all()
 
 
 def test_the_hits_are_those_of_intersect():
@@ -318,21 +201,3 @@ def test_hits_stay_until_the_camera_moves_and_with_jitter_for_one_sample():
     for hits in (still, jittered):
         hits.bring_up_to_date(1, 1)
     assert (still.traces, jittered.traces) == (2, 4)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("use_packets", [False, True])
-def test_only_the_pixels_of_a_range_are_traced(use_packets):
-    """Those of their packets too, where there are packets; the others keep what they had."""
-    scene = tt.scene_from_mesh(*SQUARE)
-    camera = Camera(40, 40, eye=(0, 0, 1.2))
-    hits = PrimaryHits(scene, camera, use_packets=use_packets, ranges=((9, 15), (17, 22)))
-    hits.trace()
-    hits.triangle_id.fill(-7)
-    hits.trace()
-    ids = hits.to_image("triangle_id")[::-1]
-    assert (ids[17:22, 9:15] >= 0).all()
-    traced = np.zeros((40, 40), bool)
-    packet = slice(16, 24), slice(8, 16)  # of 8 × 8 pixels
-    traced[packet if use_packets else (slice(17, 22), slice(9, 15))] = True
-    np.testing.assert_array_equal(ids != -7, traced)

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
-from taichi_tracer.fast.shadow_lanes import ShadowLanes
 from taichi_tracer.fast.tiles import LONG, SECONDS_BEFORE, SIDE, can_take_tiles, is_worth_tiles
-from taichi_tracer.integrators.direct_light import BrdfSampling, MultipleImportanceSampling, UniformSphere
+from taichi_tracer.integrators.direct_light import BrdfSampling, MultipleImportanceSampling
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.picture.progress import Progress, Target
 
@@ -47,70 +45,8 @@ def assert_same(tiles, pixels):
     assert pixels.image().max() > 0
 
 
-@pytest.mark.long
-def test_the_same_picture_with_mis(scene):
-    tiles, pixels = pictures(scene, "mis")
-    assert_same(tiles, pixels)
-    assert "in streams" in "\n".join(tiles.receipt())
-    assert "in streams" not in "\n".join(pixels.receipt())
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("estimator", ["uniform", "brdf", "environment"])
-def test_the_same_picture_with_every_estimator(scene, estimator):
-    assert_same(*pictures(scene, estimator))
-
-
-@pytest.mark.long
-def test_the_same_picture_with_z_up():
-    """Also where groups of eye rays hit nothing."""
-    turned = tt.load_scene_data("specular_spheres", environment="sunny", up_axis="z")
-    assert_same(*pictures(turned, "brdf"))
-    turned.destroy()
-
-
-@pytest.mark.long
-def test_a_method_that_draws_its_own_numbers_takes_those_of_the_sample(scene):
-    """As a handout's method without ``xi`` does."""
-
-    class Own(tt.UniformSampler):
-        @staticmethod
-        @ti.func
-        def sample_direction():
-            return tt.UniformSampler.sample_direction()
-
-    assert_same(*pictures(scene, UniformSphere(Own())))
-
-
-@pytest.mark.long
-def test_the_same_picture_of_a_few_spheres_and_triangles():
-    """All in one leaf: shadow rays are tried in lanes."""
-    few = tt.SceneData(with_spheres([[0, 0, 0, 1.0], [2, 0.5, 1, 0.7]], *SQUARE), environment="sunny")
-    for estimator in ("mis", "brdf"):
-        tiles, pixels = pictures(few, estimator)
-        assert type(tiles.plan.tiles.shadow_rays) is ShadowLanes
-        assert_same(tiles, pixels)
-    few.destroy()
-
-
 OTHERS = [{"crop": (3, 39, 5, 21)}, {"adaptive": True}, {"sampler": "independent"}]
 OTHERS += [{"camera": "orthographic"}, {"jitter": False}]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("options", OTHERS)
-def test_the_same_picture_of_a_crop_and_with_other_samples(scene, options):
-    assert_same(*pictures(scene, "brdf", **options))
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", ["torus_knot", "blob"])
-@pytest.mark.parametrize("environment", ["studio", "sunny"])
-def test_the_same_picture_of_other_scenes(name, environment):
-    other = tt.load_scene_data(name, environment=environment)
-    for estimator in ("mis", "brdf"):
-        assert_same(*pictures(other, estimator, 70, 90))
-    other.destroy()
 
 
 def can(scene, estimator="mis", kind=tt.A2Renderer, **options):
@@ -152,20 +88,6 @@ def after(samples, seconds, **target):
     for i in range(samples):
         progress.took(seconds, compiles=i == 0)
     return progress
-
-
-@pytest.mark.long
-def test_the_seconds_of_earlier_pictures_count_for_one_estimator(scene):
-    renderer = tt.A2Renderer(scene, 16, 16).use("brdf")
-    for _ in range(3):
-        renderer.begin_anew()
-        renderer.render(2)
-    first = renderer.plan.seconds_of_others
-    assert first > 0
-    renderer.render(2)  # continues the picture
-    assert renderer.plan.seconds_of_others == first
-    renderer.use("mis").render(1)
-    assert renderer.plan.seconds_of_others == 0
 
 
 def test_only_long_pictures_are_worth_the_compilation():

@@ -42,11 +42,7 @@ def pictures(scene, view, use_packets, **options):
 
 @pytest.mark.parametrize(
     ("view", "options"),
-    [
-        pytest.param("normal", {}, id="normal", marks=pytest.mark.long),
-        pytest.param(Directions(), {"crop": (3, 21, 6, 19)}, id="all rays, cropped"),
-        pytest.param("barycentric", {"camera": "orthographic"}, id="orthographic", marks=pytest.mark.long),
-    ],
+    [pytest.param(Directions(), {"crop": (3, 21, 6, 19)}, id="all rays, cropped")],
 )
 def test_tiles_have_the_same_bits(scene, view, options):
     pixels, plain = pictures(scene, view, False, **options)
@@ -55,13 +51,3 @@ def test_tiles_have_the_same_bits(scene, view, options):
     assert can_show(renderer)
     assert renderer.plan.view_tiles is not None
     np.testing.assert_array_equal(tiles, pixels)
-
-
-@pytest.mark.long
-def test_random_samples_are_taken_pixel_by_pixel(scene):
-    renderer = tt.A1Renderer(scene, WIDTH, HEIGHT, jitter=True)
-    renderer.plan.choose_eye_rays(in_tiles=True)
-    renderer.eye_rays.use_packets = True
-    renderer.render()
-    assert renderer.eye_rays.packets is not None
-    assert not can_show(renderer)

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from support import start
 
-import taichi_tracer as tt
 from taichi_tracer.formulas.convexity import MOST_DISTANCES, sides_that_see_others
 
 TETRAHEDRON = (
@@ -40,12 +38,6 @@ def test_a_vertex_in_front_of_a_triangle_is_found(seed):
     assert sides_that_see_others(turned(dented, seed), dent) == "all"
 
 
-@pytest.mark.long
-def test_shipped_scenes():
-    expected = {"cube": "backs", "sphere": "backs", "cornell_box": "all", "torus_knot": "all"}
-    assert {name: tt.load_scene_data(name).effects.blockers for name in expected} == expected
-
-
 def test_large_meshes_are_not_compared_completely():
     count = int(np.sqrt(MOST_DISTANCES)) + 1
     angle = 2 * np.pi * np.arange(count) / count
@@ -58,20 +50,3 @@ def test_large_meshes_are_not_compared_completely():
 def test_nothing_and_triangles_without_area():
     assert sides_that_see_others(np.zeros((0, 3)), np.zeros((0, 3), int)) == "none"
     assert sides_that_see_others(SQUARE[0], np.array([[0, 0, 1], [0, 1, 2], [0, 2, 3]])) == "none"
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("estimator", ["mis", pytest.param("uniform", marks=pytest.mark.exhaustive), "path"])
-@pytest.mark.parametrize("name", [pytest.param("cube", marks=pytest.mark.exhaustive), "sphere"])
-def test_rays_that_are_not_traced_would_have_hit_nothing(name, estimator):
-    """The same bits, seen from outside and from inside."""
-    start("f32")
-    pictures = {}
-    for effects in ("scene", "all"):
-        for view in (None, {"eye": (0, 0.9, 0), "at": (0.3, 1, 1), "up": (0, 1, 0), "fov": 70.0}):
-            scene = tt.load_scene_data(name, environment="studio", effects=effects, view=view)
-            cls = tt.A4Renderer if estimator in ("implicit", "path") else tt.A2Renderer
-            pictures[effects, view is None] = cls(scene, 48, 48).use(estimator).render(16).image()
-    for outside in (True, False):
-        assert np.array_equal(pictures["scene", outside], pictures["all", outside])
-    assert pictures["scene", True].max() > 0

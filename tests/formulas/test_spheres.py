@@ -1,13 +1,11 @@
 """Analytic spheres against the closed form and against triangles, near and far, from outside and inside."""
 
 import numpy as np
-import pytest
 import taichi as ti
 import taichi.math as tm
 from oracles import spheres as oracle
 from probe import ask, put, vec3
 from shapes import random_rays, random_spheres, with_spheres
-from shapes import sphere as triangulated
 
 import taichi_tracer as tt
 from taichi_tracer.formulas import spheres as formulas
@@ -61,43 +59,6 @@ def test_longitude_begins_at_minus_x_and_latitude_at_the_bottom(precision):
 
 def scene_of(*spheres, **options):
     return tt.SceneData(with_spheres(spheres), **options)
-
-
-@pytest.mark.long
-def test_hits_are_those_of_the_closed_form(precision, rng):
-    """From outside and inside, with directions of any length: distance and normal to the last digit but one."""
-    spheres = random_spheres(rng, 30)
-    origins, directions = random_rays(rng, 20_000)
-    hits = tt.SceneData(with_spheres(spheres)).intersect(origins, directions)
-    ids, t, normals, margin = oracle.nearest(origins, directions, spheres)
-    clear = margin > 1e-9
-    assert clear.mean() > 0.99
-    np.testing.assert_array_equal(hits.triangle_id[clear], ids[clear])
-    hit = clear & (ids >= 0)
-    assert 0.1 < hit.mean() < 0.9
-    epsilon = runtime.epsilon()
-    np.testing.assert_allclose(hits.distance[hit], t[hit], rtol=2 * epsilon if precision == "f32" else 1e-8)
-    outward = np.where(hits.is_backfacing[:, None], -hits.normal, hits.normal)
-    np.testing.assert_allclose(outward[hit], normals[hit], atol=2 * epsilon if precision == "f32" else 1e-8)
-    np.testing.assert_array_equal(hits.is_backfacing[hit], ((directions * normals).sum(axis=1) > 0)[hit])
-    assert hits.is_backfacing[hit].mean() > 0.05
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("eye", [(0, 0, 4), (0.2, 0.1, 0.3)])
-def test_a_sphere_is_its_own_fine_triangulation(f32, eye, rng):
-    """From outside and inside: the same silhouette but for the facets' error, and normals as close as they are."""
-    vertices, faces = triangulated(columns=400, rows=200)
-    fine, exact = tt.scene_from_mesh(vertices, faces), scene_of((0, 0, 0, 1))
-    directions = rng.normal(size=(5_000, 3)) - (0 if np.linalg.norm(eye) < 1 else [0, 0, 4])
-    a, b = fine.intersect(eye, directions), exact.intersect(eye, directions)
-    both = a.is_hit & b.is_hit
-    assert (a.is_hit != b.is_hit).mean() < 2e-3
-    assert both.mean() > 0.2
-    steep = both & (np.abs((b.normal * directions).sum(axis=1)) > 0.2 * np.linalg.norm(directions, axis=1))
-    np.testing.assert_allclose(a.distance[steep], b.distance[steep], rtol=3e-3)
-    assert (a.normal[steep] * b.normal[steep]).sum(axis=1).min() > 0.999
-    np.testing.assert_array_equal(a.is_backfacing[both], b.is_backfacing[both])
 
 
 def test_tangents_and_near_misses_are_decided_as_exact_numbers_are(f32, rng):

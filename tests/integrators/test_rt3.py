@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from shapes import SQUARE
-from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -26,25 +25,6 @@ def shown(scene, integrator, **options):
     return tt.RT3Renderer(scene, 17, 17, **options).use(integrator).image()
 
 
-@pytest.mark.long
-def test_flat_is_the_materials_colour_whatever_the_light():
-    for options in ({}, {"environment": "studio"}):
-        image = shown(scene_of(**options), "flat")
-        np.testing.assert_array_equal(image[8, 8], np.float32([0.2, 0.4, 0.8]))
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("integrator", long_except(["flat", "normal_map", "depth_map"], "flat"))
-def test_behind_everything_is_the_background_or_the_light_from_far_away(integrator):
-    cases = {(0.25, 0.5, 1.0): {"background": (0.25, 0.5, 1.0)}, (1, 1, 1): {"environment": "white"}, (0, 0, 0): {}}
-    for color, options in cases.items():
-        image = shown(scene_of(0.4, **options), integrator)
-        np.testing.assert_array_equal(image[0, 0], np.float32(color))
-        assert not np.array_equal(image[8, 8], np.float32(color))
-    both = shown(scene_of(background=(0.25, 0.5, 1.0), environment="white"), integrator)
-    np.testing.assert_array_equal(both[0, 0], np.float32([0.25, 0.5, 1]))
-
-
 def test_the_normal_map_is_the_view_of_normals():
     scene = scene_of(0.4)
     normals = tt.A1Renderer(scene, 17, 17).use("normal").image()
@@ -58,28 +38,6 @@ def test_depth_is_the_distance_along_the_gaze():
     hit &= image.sum(axis=2) > 0
     np.testing.assert_allclose(image[hit], np.tile([0.75, 0, 0.25], (hit.sum(), 1)), atol=1e-6)
     assert hit.sum() > 30
-
-
-@pytest.mark.long
-def test_depth_is_clamped_to_its_range():
-    for zmin, zmax, color in ((5, 6, (1, 0, 0)), (1, 3.5, (0, 0, 1))):
-        image = shown(scene_of(), DepthMap((1, 0, 0), (0, 0, 1), zmin=zmin, zmax=zmax))
-        np.testing.assert_array_equal(image[8, 8], color)
-
-
-@pytest.mark.long
-def test_a_range_that_is_not_given_is_that_of_the_scenes_box():
-    scene = scene_of(0.6)
-    image = shown(scene, DepthMap((0, 0, 0), (1, 1, 1)))
-    low, high = depth_of(scene.geometry, tt.Camera(17, 17, **VIEW))
-    assert (low, high) == pytest.approx((4 - np.sin(0.6), 4 + np.sin(0.6)))
-    middle = image[8, :, 0]
-    inside = middle[middle > 0]
-    assert inside.min() < 0.2
-    assert inside.max() > 0.8
-    np.testing.assert_allclose(middle[8], (4 - low) / (high - low), atol=1e-5)
-    flat = shown(scene_of(), DepthMap((0, 0, 0), (1, 1, 1)))  # a box without depth: nothing is divided by 0
-    assert np.isfinite(flat).all()
 
 
 def test_nothing_behind_the_camera_counts_in_the_range(f32):

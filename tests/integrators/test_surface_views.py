@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from oracles import rays, views
 from probe import ask, put
 from support import long_except, start
 
@@ -31,35 +30,6 @@ def box():
 def eight_bit(image):
     """As PNG files have it."""
     return np.round(np.clip(image, 0, 1) * 255).astype(np.int64)
-
-
-def oracle_pictures(scene, width, height):
-    """View name → (height, width, 3), and (height, width) where a pixel is further than rounding from any edge."""
-    directions = rays.eye_rays(**COURSE_VIEW, width=width, height=height)[::-1].reshape(-1, 3)
-    origins = np.broadcast_to(COURSE_VIEW["eye"], directions.shape)
-    mesh = scene.mesh
-    ids, t, u, v, margin = rays.nearest(origins, directions, mesh.vertices, mesh.faces)
-    normals = (mesh.normals, mesh.face_normals) if mesh.has_vertex_normals else ([], [])
-    pictures = views.colors(directions, ids, t, u, v, mesh.vertices, mesh.faces, *normals, mesh.face_materials)
-    shape = (height, width)
-    return {name: p.reshape(*shape, 3) for name, p in pictures.items()}, (margin > 1e-5).reshape(shape)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("scene", long_except(["cornell_box", "specular_spheres"], "specular_spheres"))
-def test_every_view_equals_the_oracle(scene):
-    """Largest difference 0 of 255 away from edges; a view's value may fall on the border of two of the 256 steps."""
-    loaded = tt.load_scene_data(scene)
-    width, height = (SIZE, SIZE) if scene == "cornell_box" else (40, 30)
-    renderer = tt.A1Renderer(scene_data=loaded, width=width, height=height)
-    expected, sure = oracle_pictures(loaded, width, height)
-    assert sure.mean() > 0.97
-    for name in NAMES:
-        image = renderer.use(name).image()
-        border = np.abs((expected[name] * 255) % 1 - 0.5) < 2e-3
-        counted = sure[..., None] & ~border
-        assert (eight_bit(image) == eight_bit(expected[name]))[counted].all(), name
-        np.testing.assert_allclose(image[sure], expected[name][sure], atol=2e-5)
 
 
 @pytest.mark.parametrize("name", long_except(NAMES, "normal", "triangle_id"))
@@ -127,14 +97,6 @@ def test_each_renderer_has_a_white_of_its_own(small):
     image = other.image()
     np.testing.assert_allclose(small.reset() or small.image()[4, 4], 0.04 / 0.05, rtol=1e-2)
     np.testing.assert_allclose(image[4, 4], 0.04 / 0.4, rtol=1e-2)
-
-
-@pytest.mark.long
-def test_misses_are_black_in_every_view():
-    scene = tt.scene_from_mesh([[50, 50, 0], [51, 50, 0], [50, 51, 0]], [[0, 1, 2]], view=COURSE_VIEW)
-    renderer = tt.A1Renderer(scene_data=scene, width=8, height=8)
-    for name in NAMES:
-        assert renderer.use(name).image().max() == 0
 
 
 def test_what_the_colours_say(box):

@@ -7,8 +7,7 @@ it.
 import numpy as np
 import pytest
 from compare import assert_same_answers
-from shapes import BOXES, SQUARE, lattice, random_rays, random_spheres, soup, sphere, with_spheres
-from support import long_except
+from shapes import BOXES, lattice, random_spheres, soup, sphere, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.fast.wide_bvh import WideBVH
@@ -29,52 +28,6 @@ ALL_BOXES = {**BOXES, "concentric": concentric}
 
 def boxes_of(name, rng):
     return np.ascontiguousarray(ALL_BOXES[name](rng), np.float32)
-
-
-# ── the tree ──
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", [n for n in ALL_BOXES if n != "many, in groups"])
-def test_the_tree_is_one(name, rng):
-    """Every item is in one leaf, every box is that of what is below it, and leaves are small."""
-    boxes = boxes_of(name, rng)
-    nodes, order, depth = bvh.build(boxes)
-    np.testing.assert_array_equal(np.sort(order), np.arange(len(boxes)))
-    seen, deepest, visited = np.zeros(len(boxes), int), 0, 0
-    waiting = [(0, 1)]
-    while waiting:
-        node, level = waiting.pop()
-        box, first, count = nodes[node]
-        deepest, visited = max(deepest, level), visited + 1
-        if count > 0:
-            assert count <= bvh.MOST_IN_A_LEAF
-            items = boxes[order[first : first + count]]
-            seen[order[first : first + count]] += 1
-        else:
-            items = np.array([nodes[first][0], nodes[first + 1][0]])
-            waiting += [(first, level + 1), (first + 1, level + 1)]
-        np.testing.assert_array_equal(box[:3], items[:, :3].min(axis=0))
-        np.testing.assert_array_equal(box[3:], items[:, 3:].max(axis=0))
-    assert (seen == 1).all()
-    assert visited == len(nodes)
-    assert deepest == depth
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", [n for n in ALL_BOXES if n != "many, in groups"])
-def test_the_stack_never_overflows(name, rng):
-    """Where a ray meets every box: the highest place of the stack that ``search`` writes to."""
-    nodes, _, depth = bvh.build(boxes_of(name, rng))
-    stack, highest = [0], 0
-    while stack:
-        _, first, count = nodes[stack.pop()]
-        if count == 0:
-            stack += [first + 1, first]
-            highest = max(highest, len(stack) - 1)
-    stack_size = depth + 1  # as ``BVHRayIntersector.bind`` has it
-    assert highest < stack_size
-    assert depth < 200
 
 
 def test_no_boxes_are_one_empty_leaf():
@@ -179,56 +132,6 @@ MESHES = {
 QUICK = ("closed", "lattice", "culled triangles among spheres")
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", long_except(MESHES, *QUICK))
-def test_it_answers_as_brute_force_and_as_the_wide_tree(precision, name, rng):
-    mesh = MESHES[name](rng)
-    if len(mesh.faces) > 0:
-        mesh.vertices = mesh.vertices.astype(np.float32).astype(float)
-    origins, directions = random_rays(rng, 4_000, reach=3)
-    aimed = mesh.vertices[mesh.faces[rng.integers(0, len(mesh.faces), 1_000), 0]] if len(mesh.faces) > 0 else 0
-    directions[2_000:3_000] = aimed - origins[2_000:3_000]
-    hits = check(mesh, origins, directions)
-    assert 0.01 < hits.is_hit.mean() < 0.99
-
-
-@pytest.mark.long
-def test_it_answers_as_brute_force_with_the_other_triangle_test(precision, rng):
-    hits = check(Mesh(*soup(rng, 100)), *random_rays(rng, 3_000, reach=2), test="moller_trumbore")
-    assert hits.is_hit.any()
-
-
-@pytest.mark.long
-def test_of_a_thousand_equal_triangles_the_first_is_met(precision, rng):
-    mesh = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.tile(np.array([[0, 1, 2]], np.int32), (1_000, 1)))
-    origins = np.column_stack([rng.uniform(-0.2, 1, (500, 2)), np.ones(500)])
-    hits = check(mesh, origins, np.tile([0.0, 0, -1], (500, 1)))
-    assert set(hits.triangle_id[hits.is_hit]) == {0}
-    assert hits.is_hit.any()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "mesh",
-    [
-        pytest.param(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), marks=pytest.mark.long),
-        Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)),
-        Mesh(np.array([[np.nan, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)),
-    ],
-    ids=["no triangles", "no area", "not finite"],
-)
-def test_where_nothing_can_be_met_nothing_is(precision, mesh, rng):
-    hits = check(mesh, *random_rays(rng, 50))
-    assert not hits.is_hit.any()
-
-
-@pytest.mark.long
-def test_rays_that_are_none_miss(f32):
-    origins = np.array([[0, 0, 1], [0, 0, 1], [np.nan, 0, 1], [0, np.inf, 1]], np.float32)
-    directions = np.array([[0, 0, 0], [0, 0, np.nan], [0, 0, -1], [0, 0, -1]], np.float32)
-    assert not check(Mesh(*SQUARE), origins, directions).is_hit.any()
-
-
 # ── the intersector ──
 
 
@@ -237,18 +140,3 @@ def test_facts_are_those_of_the_tree(f32):
     assert tree.facts() == {"nodes": f"{tree.num_nodes:,}", "stack": f"{tree.stack_size}"}
     assert tree.num_nodes > 20
     assert tree.stack_size == 64  # the tree is not deep
-
-
-@pytest.mark.long
-def test_pictures_by_the_plain_hierarchy_are_those_of_the_wide_tree(f32):
-    images = [
-        tt.A1Renderer(tt.scene_from_mesh(*sphere(), fast=fast), 24, 24).use("normal").image() for fast in (True, False)
-    ]
-    np.testing.assert_array_equal(*images)
-
-
-@pytest.mark.long
-def test_a_destroyed_tree_leaves_others_alone(f32):
-    first, second = (tt.scene_from_mesh(*SQUARE, fast=False) for _ in range(2))
-    first.destroy()
-    assert second.intersect([0, 0.1, 1], [0, 0, -1]).is_hit[0]

@@ -9,7 +9,7 @@ import taichi.math as tm
 from oracles import light as oracle
 from probe import put, vec3
 from scipy import stats
-from support import long_except, start
+from support import start
 
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.files.shipped import shipped_environments
@@ -66,35 +66,8 @@ def samples_of(light, count=1_000_000):
     return out[:, :3], out[:, 3:6], out[:, 6], out[:, 7]
 
 
-LOOKED_UP = [(name, lookup) for name in (*NAMES, "black rows") for lookup in ("nearest", "bilinear")]
-
-
 def random_image(rng, h=16, w=32):
     return rng.lognormal(sigma=2, size=(h, w, 3)).astype(np.float32)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "lookup"), long_except(LOOKED_UP, ("sunny", "nearest"), ("black rows", "bilinear")))
-def test_samples_follow_the_density(name, lookup):
-    """χ² of 1e6 samples over cells of known probability; the pdf told is that of ``pdf``; p > 1e-4."""
-    light = light_of(made(name, lookup))
-    w, _, told, distance = samples_of(light)
-    assert np.isfinite(w).all()
-    assert np.isinf(distance).all()
-    np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1, atol=1e-6)
-    pdf, *_ = asked(light, w)
-    assert np.isclose(pdf, told, rtol=1e-5).mean() > 0.99  # the others lie within rounding of a texel's edge
-    probability = cell_probability(light)
-    counts, _, _ = np.histogram2d(
-        w[:, 1], np.arctan2(w[:, 2], w[:, 0]), bins=(24, 48), range=((-1, 1), (-np.pi, np.pi))
-    )
-    expected = probability * len(w)
-    rare = expected < 10
-    observed = np.append(counts[~rare], counts[rare].sum())
-    expected = np.append(expected[~rare], max(expected[rare].sum(), 1e-9))
-    keep = expected > 5
-    assert observed[~keep].sum() <= 40
-    assert stats.chisquare(observed[keep], expected[keep] * observed[keep].sum() / expected[keep].sum()).pvalue > 1e-4
 
 
 def made(name, lookup):

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from oracles.lamps import clipped, polygon_irradiance, sphere_irradiance
 from shapes import SQUARE, with_spheres
 from support import long_except
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 20_000
@@ -73,47 +71,6 @@ def irradiance(found, normals):
     return values.mean(), values.std() / np.sqrt(len(values))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("choice", long_except(CHOICES, "hierarchy"))
-def test_a_square_gives_lamberts_irradiance(choice):
-    """20 points, with normals along the square and towards it: near, far and grazing. Significance 1 %."""
-    probe = Probe(square(lamp_choice=choice))
-    limit, corners = largest_z(2 * len(POINTS), 0.01), SQUARE[0]
-    for point in POINTS:
-        for normal in ([0, 0, -1], [1, 0, 0]):
-            normal = np.array(normal, float)
-            above = clipped(point, normal, corners)
-            expected = polygon_irradiance(point, normal, above) if len(above) >= 3 else 0.0
-            normals = np.tile(normal, (SAMPLES, 1))
-            mean, error = irradiance(probe.samples(np.tile(point, (SAMPLES, 1)), normals), normals)
-            assert abs(mean - expected) <= limit * error + 1e-5 * expected, (point, normal, mean, expected, error)
-
-
-@pytest.mark.long
-def test_a_near_lamp_is_sampled_in_solid_angle():
-    """Lambert's irradiance close to the lamp, where samples that are uniform in area differ by orders of magnitude."""
-    normal, corners = np.array([0, 0, -1.0]), SQUARE[0]
-    point = corners.mean(axis=0) + [0.1, 0.05, 0.05]
-    expected = polygon_irradiance(point, normal, corners)
-    normals, points, errors = np.tile(normal, (SAMPLES, 1)), np.tile(point, (SAMPLES, 1)), {}
-    for choice in ("area", "power"):
-        mean, errors[choice] = irradiance(Probe(square(lamp_choice=choice)).samples(points, normals), normals)
-        assert abs(mean - expected) <= largest_z(2, 0.01) * errors[choice] + 1e-4 * expected
-    assert errors["power"] < errors["area"] / 5
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("distance", [1.001, 1.5, 30.0, 3000.0])
-def test_a_sphere_gives_the_irradiance_of_its_cone(distance):
-    scene = tt.SceneData(with_spheres([[0, 0, 0, 1]], materials=[LAMP]))
-    point, normal = np.array([0, 0, distance]), np.array([0, 0, -1.0])
-    normals = np.tile(normal, (SAMPLES, 1))
-    mean, error = irradiance(Probe(scene).samples(np.tile(point, (SAMPLES, 1)), normals), normals)
-    expected = sphere_irradiance(distance, 1.0)
-    assert abs(mean - expected) <= largest_z(4, 0.01) * error + 1e-4 * expected
-    assert error < 0.01 * expected
-
-
 def lamps_and_blockers(rng):
     """Lamps of all sizes and powers, some spheres among them, and dark triangles between them."""
     count = 60
@@ -150,35 +107,6 @@ def test_the_density_of_a_sample_is_that_of_what_its_ray_hits(choice, two_sided,
     assert np.median(off) < 1e-5
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("choice", long_except(CHOICES, "hierarchy"))
-def test_all_choices_and_the_mixture_give_the_same_irradiance(choice, rng):
-    """Against a uniform sphere of directions, at five points among lamps, blockers and an environment; 1 %."""
-    scene = tt.SceneData(lamps_and_blockers(rng), lamp_choice=choice, environment="studio")
-    probe = Probe(scene)
-    for k in range(5):
-        point, normal = rng.uniform(-2, 2, 3), np.array([0, 1.0, 0])
-        normals = np.tile(normal, (10 * SAMPLES, 1))
-        found = probe.samples(np.tile(point, (10 * SAMPLES, 1)), normals, seed=k)
-        mean, error = irradiance(found, normals)
-        assert np.isfinite(error)
-        expected, other = by_directions(scene, point, normal, rng)
-        assert abs(mean - expected) < largest_z(5, 0.01) * np.hypot(error, other), k
-
-
-def by_directions(scene, point, normal, rng, count=400_000):
-    """(irradiance, standard error) by directions in proportion to the cosine, from Python alone."""
-    xi = rng.random((count, 2))
-    r, phi = np.sqrt(xi[:, 0]), 2 * np.pi * xi[:, 1]
-    w = np.column_stack([r * np.cos(phi), np.sqrt(1 - xi[:, 0]), r * np.sin(phi)])  # around +y
-    hits = scene.intersect(point, w)
-    ke = np.array([m.Ke for m in scene.materials])[:, 0]
-    light = np.where(hits.is_hit & ~hits.is_backfacing, ke[hits.material_id], 0.0)
-    miss = ~hits.is_hit
-    light[miss] = sky(scene, w[miss])
-    return np.pi * light.mean(), np.pi * light.std() / np.sqrt(count)
-
-
 def sky(scene, w):
     """The red radiance of a scene's environment along directions: the nearest texel."""
     image = scene.environment.pixels
@@ -187,15 +115,6 @@ def sky(scene, w):
     column = np.minimum((u * width).astype(int), width - 1)
     row = np.minimum(((1 - v) * h).astype(int), h - 1)
     return image[row, column, 0].astype(float)
-
-
-@pytest.mark.long
-def test_a_triangle_emits_from_its_front_unless_both_sides_are_asked_for():
-    behind, normal = np.array([[0.1, 0.2, -1.0]]), np.array([[0, 0, 1.0]])
-    for two_sided, light in ((False, 0), (True, 1)):
-        found = Probe(square(two_sided_lamps=two_sided)).samples(behind, normal)[0]
-        assert found[4] == light
-        assert found[8] == light
 
 
 def test_what_cannot_be_hit_is_no_lamp():
@@ -208,16 +127,6 @@ def test_what_cannot_be_hit_is_no_lamp():
         scene = tt.SceneData(mesh)
     assert scene.lamps.count == 2
     assert sorted(scene.lamps.table.primitives) == [0, 1]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("power", [1e-30, 1e30])
-def test_extreme_radiance_is_sampled(power):
-    scene = tt.SceneData(Mesh(*SQUARE, materials=[tt.Material(Ke=(power,) * 3)]))
-    normals = np.tile([0, 0, -1.0], (200, 1))
-    found = Probe(scene).samples(np.tile([0.2, 0.1, 1.0], (200, 1)), normals)
-    assert np.isfinite(found[:, :6]).all()
-    np.testing.assert_allclose(found[:, 4], power, rtol=1e-6)
 
 
 def test_the_number_and_the_choice_of_lamps_are_told():

@@ -17,7 +17,6 @@ from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.system.seams import in_kernels
 
 KD = np.array([0.8, 0.5, 0.2])
 
@@ -256,73 +255,3 @@ def test_a_point_light_is_the_closed_form_in_every_estimator(estimator):
     d2 = (to_light**2).sum(axis=2)
     expected = KD / np.pi * np.array([3, 2, 1]) * (to_light[..., 2] / d2**1.5)[..., None]
     np.testing.assert_allclose(image, expected, rtol=2e-5)
-
-
-@pytest.mark.exhaustive
-def test_light_of_several_single_lights_adds_up():
-    a, b = Point((0.3, 0, 1), (1, 0, 0)), Point((-0.5, 0.2, 2), (0, 2, 0))
-    both = centre(lit_square(lights=[a, b]))
-    np.testing.assert_allclose(both, centre(lit_square(lights=[a])) + centre(lit_square(lights=[b])), rtol=1e-5)
-
-
-@pytest.mark.exhaustive
-def test_a_single_light_behind_the_surface_or_hidden_gives_nothing():
-    assert not centre(lit_square(lights=[Point((0, 0, -1), (1, 1, 1))])).any()
-    roof = SQUARE[0] * 3 + [0, 0, 5]  # above the eye, below the light
-    mesh = Mesh(np.concatenate([SQUARE[0], roof]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
-    view = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 20.0}
-    hidden, seen = (tt.SceneData(mesh, view=view, lights=[Point((0, 0, z), (1, 1, 1))]) for z in (6, 4.5))
-    assert not centre(hidden).any()
-    assert centre(seen).all()
-
-
-@pytest.mark.long
-def test_single_and_far_lights_add_up():
-    """Under an even sky the BRDF's sample has no noise: ρ L + the point's light."""
-    point = Point((0, 0, 1), (1, 1, 1))
-    sky = np.full((1, 1, 3), 0.5)
-    both = centre(lit_square(environment=sky, lights=[point]), "brdf", spp=2)
-    np.testing.assert_allclose(both, centre(lit_square(lights=[point])) + 0.5 * KD, rtol=1e-5)
-
-
-@pytest.mark.long
-def test_a_light_that_is_neither_far_nor_delta_is_seen_and_sampled():
-    @ti.data_oriented
-    class Glow(Light):
-        name = "glow"
-
-        @ti.func
-        def sample(self, x, xi):
-            return tm.vec3(0, 0, 1), tm.inf, tm.vec3(tm.pi), 1.0
-
-        @ti.func
-        def radiance(self, ray, hit):
-            return tm.vec3(0.125)
-
-    scene = lit_square(lights=[Glow()])
-    np.testing.assert_allclose(centre(scene), np.broadcast_to(KD, (8, 8, 3)), rtol=1e-5)  # f cos L / pdf = Kd
-    lights = scene.in_kernels().lights
-    assert [light.name for light in lights.single] == ["glow"]
-    out = np.zeros((1, 3), np.float32)
-    _behind(scene.in_kernels(), out)
-    assert out[0].tolist() == [0.125] * 3
-
-
-@ti.kernel
-def _behind(scene: ti.template(), out: ti.types.ndarray(ndim=2)):
-    put(out, 0, 0, scene.behind(Ray(origin=tm.vec3(0), direction=tm.vec3(0, 0, 1)), no_hit(), None))
-
-
-@pytest.mark.long
-def test_only_lights_that_exist_are_compiled(monkeypatch):
-    """A scene with one point light looks at nothing of the far ones."""
-    from taichi_tracer.scene_in_kernels import SceneInKernels
-
-    @in_kernels
-    def refuse(*_):
-        raise AssertionError("a scene without far lights asked for one")
-
-    monkeypatch.setattr(SceneInKernels, "visible", refuse)
-    assert centre(lit_square(lights=[Point((0, 0, 1), (1, 1, 1))])).any()
-    with pytest.raises(Exception, match="a scene without far lights asked for one"):
-        centre(lit_square(environment="white", lights=[Point((0, 0, 1), (1, 1, 1))]))

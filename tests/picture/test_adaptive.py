@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import needs_lanes, start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.forms import EyeRays
@@ -118,55 +118,6 @@ def test_passes_at_once_take_the_same_samples(scene, fast):
         images.append(renderer.film.image())
     np.testing.assert_array_equal(images[0], images[1])
     np.testing.assert_array_equal(images[0], images[2])
-
-
-@pytest.mark.long
-def test_tiles_take_the_same_samples(scene):
-    """Whole groups are left out in a pass, and packets none of whose groups takes a sample."""
-    needs_lanes()
-    images = []
-    for use_tiles in (False, True):
-        renderer = tt.A2Renderer(scene, 29, 26, adaptive=True).use("mis")
-        renderer.use_tiles = use_tiles
-        images.append(renderer.render(24).image())
-        assert renderer.plan.in_tiles is use_tiles
-        assert renderer.film.counts().min() < renderer.film.counts().max()
-    np.testing.assert_array_equal(*images)
-
-
-@pytest.mark.exhaustive
-def test_it_is_unbiased_and_better(scene):
-    """z of the mean of 8 pictures beyond 4 would have p < 1e-4; the noise is on a fifth of the pixels."""
-    truth = tt.A2Renderer(scene, SIZE, SIZE, seed=5).use("mis").render(1024)
-    plain = tt.A2Renderer(scene, SIZE, SIZE).use("mis")
-    shared = tt.A2Renderer(scene, SIZE, SIZE, adaptive=True).use("mis")
-    means, errors = [], {plain: [], shared: []}
-    for seed in range(8):
-        for renderer, values in errors.items():
-            renderer.seed = seed
-            renderer.begin_anew()
-            renderer.render(SPP)
-            values.append(((renderer.image() - truth.image()) ** 2).mean())
-        means.append(shared.image().mean(dtype=np.float64))
-    spread = np.std(means, ddof=1) / np.sqrt(len(means)) + truth.film.variance_of_mean().mean() ** 0.5 / SIZE
-    assert abs(np.mean(means) - truth.image().mean(dtype=np.float64)) < 4 * spread
-    assert np.mean(errors[shared]) < 0.8 * np.mean(errors[plain])
-    assert SPP <= shared.samples <= SPP + 1
-    counts = shared.film.counts()
-    assert counts.mean() == pytest.approx(SPP, rel=0.05)
-    assert counts.max() > 3 * counts.min() > 0
-
-
-@pytest.mark.exhaustive
-def test_packets_take_the_same_samples(scene):
-    images = []
-    for use_packets in (False, True):
-        renderer = tt.A2Renderer(scene, 16, 16, adaptive=True).use("brdf")
-        renderer.plan.choose_eye_rays(in_tiles=True)
-        renderer.eye_rays.use_packets = use_packets
-        images.append(renderer.render(24).image())
-        assert (renderer.eye_rays.packets is not None) is use_packets
-    np.testing.assert_array_equal(*images)
 
 
 def test_views_have_nothing_to_adapt_to(scene):
@@ -304,19 +255,3 @@ def test_the_plain_form_begins_again_with_the_same_bits(box, soon):
 
 def test_a_short_picture_does_not_begin_again(box):
     assert not tt.A3Renderer(box, SIZE, SIZE).use("mis").render(error=0.03).own_shares.is_on
-
-
-@pytest.mark.exhaustive
-def test_pictures_that_begin_again_are_unbiased(box, soon):
-    """z of the mean of 12 pictures beyond 4 would have p < 1e-4."""
-    truth = tt.A3Renderer(box, SIZE, SIZE, seed=5, adaptive=False).use("mis").render(4096)
-    renderer, means, again = tt.A3Renderer(box, SIZE, SIZE).use("mis"), [], 0
-    for seed in range(12):
-        renderer.seed = seed
-        renderer.begin_anew()
-        renderer.render(error=0.03)
-        again += renderer.own_shares.is_on
-        means.append(renderer.image().mean(dtype=np.float64))
-    spread = np.std(means, ddof=1) / np.sqrt(len(means)) + truth.film.variance_of_mean().mean() ** 0.5 / SIZE
-    assert abs(np.mean(means) - truth.image().mean(dtype=np.float64)) < 4 * spread
-    assert again >= 6

@@ -11,13 +11,11 @@ import taichi as ti
 import taichi.math as tm
 from oracles import errors
 from scipy import stats
-from support import long_except, needs_arrays, needs_patch, start
+from support import needs_arrays, needs_patch
 
 import taichi_tracer as tt
-from taichi_tracer.geometry import Mesh
 from taichi_tracer.picture.error_estimate import RelativeError, error_quantile, percent, relative_error
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.system import compiling
 
 SHAPE = (24, 24)
@@ -217,67 +215,6 @@ def test_it_is_a_number_that_shows_its_interval():
     assert copy.copy(RelativeError(0.1, 0.1, 0.3, 0.2)).unseen == 0.2
     assert str(RelativeError(math.nan, math.nan, math.nan)) == "unknown"
     assert percent(0.5) == "50 %"
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("sampler", long_except(["sobol", "niederreiter", "independent"], "sobol"))
-def test_renders_know_their_error(sampler):
-    """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
-    start("f32")
-    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
-    size = 24
-    truth = tt.A2Renderer(scene, size, size, seed=77).use("mis").render(1024).image().astype(np.float64)
-    renderer, covered = tt.A2Renderer(scene, size, size, sampler=sampler).use("mis"), 0
-    for seed in range(60):
-        renderer.seed = seed
-        renderer.begin_anew()
-        told = renderer.render(16).error()
-        had = math.sqrt(((renderer.image() - truth) ** 2).mean()) / truth.mean()
-        covered += told.low <= had <= told.high
-    assert covered >= 51
-    assert renderer.error_image().shape == (size, size, 3)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("sampler", ["sobol", "independent"])
-def test_a_lamp_of_any_radiance_has_the_error_of_a_lamp_of_one(sampler):
-    """In f32, the variance for Ke = 1e-30 is 0: a noisy picture must not say that it has no error."""
-    start("f32")
-    corners = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], float)
-    vertices = np.concatenate([2 * corners, corners + [0, 1, 0]])
-    faces, of = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]), np.array([0, 0, 1, 1], np.int32)
-    view = {"eye": (0, 0.5, 3), "at": (0, 0.3, 0), "up": (0, 1, 0), "fov": 60.0}
-    told = []
-    for ke in (1.0, 1e-30, 1e30):
-        materials = [tt.Material("floor", Kd=(0.5,) * 3), tt.Material("lamp", Kd=(0, 0, 0), Ke=(ke,) * 3)]
-        scene = tt.SceneData(Mesh(vertices, faces, face_materials=of, materials=materials), view=view)
-        told.append(tt.A4Renderer(scene, 8, 8, sampler=sampler).use("path").render(8).error())
-        scene.destroy()
-    assert told[0] > 0.05
-    np.testing.assert_allclose(
-        [(e, e.low, e.high) for e in told], [(e, e.low, e.high) for e in told[:1] * 3], rtol=1e-4
-    )
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", ["cornell_box", "specular_spheres"])
-def test_paths_know_their_error(name):
-    """60 short renders. If 90 % of all renders are covered, fewer than 46 are with a probability of 1e-3.
-
-    ``python -m benchmarks.error paths`` does the same with 200 renders and more scenes.
-    """
-    start("f32")
-    lamps = name == "cornell_box"
-    scene = tt.load_scene_data(name, **({} if lamps else {"environment": "studio"}))
-    size, covered = 24, 0
-    truth = tt.A4Renderer(scene, size, size, seed=77).use("path").render(2048).image().astype(np.float64)
-    renderer = tt.A4Renderer(scene, size, size).use("path")
-    for seed in range(60):
-        renderer.seed = seed
-        renderer.begin_anew()
-        told = renderer.render(32).error()
-        covered += told.low <= relative_rmse(renderer.image(), truth) <= told.high
-    assert covered >= stats.binom.ppf(1e-3, 60, 0.9) == 46
 
 
 @pytest.mark.parametrize(("size", "kernels"), [(8, []), (129, ["Film._write_image", "_write_spread"])])

@@ -51,26 +51,6 @@ def test_two_replicas_tell_the_variance_by_their_difference(precision, rng):
     assert np.isnan(one.error())
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("replicated", [False, pytest.param(True, marks=pytest.mark.long)])
-@pytest.mark.parametrize("ke", [1e-30, *(pytest.param(ke, marks=pytest.mark.exhaustive) for ke in (1e-22, 1e22, 1e30))])
-def test_the_error_of_dim_and_bright_light_is_that_of_light_of_one(f32, rng, ke, replicated):
-    """The squares of these numbers are 0 or infinite in f32; the error, a quotient, is the same for all of them."""
-    values = rng.lognormal(size=(2, 40, 3)).astype(np.float32)
-    values[0, 3:5] = 0  # samples that found no lamp, before and after others
-    errors = []
-    for factor in (1, ke):
-        parts = [Film(2, 1, replicated=replicated) for _ in range(3)]
-        for film, samples in zip(parts, (values[0], values[0], values[1]), strict=True):
-            add_samples(film, (samples * np.float32(factor)).astype(np.float32))
-        films = [parts[0], Film(2, 1, replicated=replicated)]
-        films[1].from_arrays(parts[0].to_arrays(), 40)
-        parts[1].merge(parts[2])
-        errors.append([float(film.error()) for film in (*films, parts[1])])
-    assert errors[0][0] > 0.01
-    np.testing.assert_allclose(errors[1], errors[0], rtol=1e-5)
-
-
 def test_only_the_crop_takes_samples():
     start("f32")
     film = Film(4, 3, crop=(1, 3, 0, 2))

@@ -2,28 +2,10 @@
 
 import numpy as np
 import pytest
-from films import add_samples
 from support import long_except
 
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import runtime
-
-
-@pytest.mark.long
-def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
-    values = rng.lognormal(size=(9, 3)).astype(runtime.dtype())
-    values[3, 1] = np.nan
-    film, other = Film(2, 3, crop=(0, 2, 1, 3)), Film(2, 3, crop=(0, 2, 1, 3))
-    add_samples(film, values[:5])
-    film.samples = 5
-    other.from_arrays(film.to_arrays(), 5)
-    for f in (film, other):
-        add_samples(f, values[5:])
-    assert other.samples == 5
-    np.testing.assert_array_equal(film.image(), other.image())
-    np.testing.assert_array_equal(film.variance_of_mean(), other.variance_of_mean())
-    assert film.non_finite == other.non_finite == 4
-    assert film.non_finite_samples() == other.non_finite_samples()
 
 
 @pytest.mark.parametrize("keeps_deviation", long_except([False, True], True))

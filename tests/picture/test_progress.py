@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.picture.error_estimate import RelativeError
@@ -152,29 +150,6 @@ def test_targets_that_are_none_are_refused(name, value):
 def test_per_cent_in_the_place_of_a_fraction_are_refused():
     with pytest.raises(tt.InputError, match="render: error is a fraction, 0.05 for 5 %, and at most 1"):
         Target(error=5)
-
-
-@pytest.mark.long
-def test_renders_keep_to_a_time_and_to_an_error():
-    start("f32")
-    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
-    renderer = tt.A2Renderer(scene, 64, 64).use("mis")
-    renderer.render(time=0.5)
-    assert renderer.progress.seconds == pytest.approx(0.5, abs=0.15)
-    assert renderer.progress.compile_seconds > 0  # little where a test before has left these kernels
-    renderer.begin_anew()
-    renderer.render(spp=4096, error=0.1)
-    assert renderer.error().high <= 0.1
-    assert 8 <= renderer.samples < 4096
-    seen = []
-    renderer.render(spp=3, watch=lambda p: seen.append(p.samples))
-    assert seen == [1, 2, 3]
-    views = tt.A1Renderer(scene, 8, 8)
-    views.render(spp=10, error=0.1)
-    assert views.samples == 1
-    views.begin_anew()
-    assert views.render(time=60).samples == 1
-    np.testing.assert_array_equal(views.image(), tt.A1Renderer(scene, 8, 8).image())
 
 
 def test_progress_is_shown_in_words():

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from rt3_text import HEAD, document, read
 
 from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings
-from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.system.errors import InputError
 
 
@@ -274,51 +273,6 @@ def test_there_are_enough_malformed_documents():
 # --- Fuzz -------------------------------------------------------------------------------------------------------------
 
 NAMES = st.sampled_from(sorted({*TAGS, "RT3", "sphere", "objetc"}))
-ATTRIBUTES = st.sampled_from(
-    [
-        "type",
-        "look_from",
-        "look_at",
-        "up",
-        "fovy",
-        "screen_window",
-        "x_res",
-        "y_res",
-        "crop_window",
-        "filename",
-        "img_type",
-        "color",
-        "bl",
-        "tl",
-        "tr",
-        "br",
-        "value",
-        "angle",
-        "axis",
-        "name",
-        "radius",
-        "center",
-        "vertices",
-        "indices",
-        "normals",
-        "uv",
-        "material",
-        "zmin",
-        "zmax",
-        "near_color",
-        "gamma_corrected",
-        "ntriangles",
-        "frame_aspect",
-        "focal_distance",
-        "Kd",
-        "Ns",
-        "glossiness",
-        "backface_cull",
-        "handedness",
-        "normal_indices",
-        "mapping",
-    ]
-)
 VALUES = st.one_of(
     st.sampled_from(
         [
@@ -348,9 +302,6 @@ VALUES = st.one_of(
     st.lists(st.one_of(st.integers(-3, 300), st.floats(width=32)), max_size=12).map(lambda n: " ".join(map(str, n))),
     st.text(st.characters(codec="utf-8", exclude_characters='<&"\0', exclude_categories=("Cc", "Cs")), max_size=20),
 )
-ELEMENT = st.tuples(NAMES, st.dictionaries(ATTRIBUTES, VALUES, max_size=6)).map(
-    lambda e: f"<{e[0]}{''.join(f' {k}={chr(34)}{v}{chr(34)}' for k, v in e[1].items())}/>"
-)
 FUZZ = settings(
     max_examples=120,
     deadline=None,
@@ -367,21 +318,6 @@ def read_or_refuse(tmp_path, text):
         if "scene.xml" not in str(error) or "\n" in str(error):
             raise AssertionError(str(error)) from error
         return None
-
-
-@pytest.mark.long
-@FUZZ
-@given(st.lists(ELEMENT, max_size=12), st.lists(ELEMENT, max_size=4))
-def test_any_elements_are_read_or_refused(tmp_path, world, settings_):
-    """A document is understood, or is an InputError with the file's name: never anything else."""
-    found = read_or_refuse(tmp_path, document("\n".join(world), HEAD + "".join(settings_)))
-    if found is None:
-        return
-    assert len(found.shots) >= 1
-    assert len(found.mesh.faces) == len(found.mesh.face_materials)
-    assert len(found.mesh.spheres) == len(found.mesh.sphere_ids) == len(found.mesh.sphere_materials)
-    again = read(tmp_path, as_rt3(found, tmp_path / "again.xml"), "again.xml")
-    assert again.shots == found.shots
 
 
 @FUZZ

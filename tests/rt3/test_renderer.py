@@ -2,11 +2,8 @@
 
 import numpy as np
 import pytest
-from oracles import backgrounds, cameras, spheres
-from support import long_except
 
 import taichi_tracer as tt
-from taichi_tracer.camera import make_camera
 from taichi_tracer.rt3.renderer import RT3Renderer, renderer_of
 
 BALL = (0.25, 0.5, 1.0, 1.5)
@@ -30,48 +27,6 @@ def ball(tmp_path_factory):
     return tt.load_scene_data(path)
 
 
-def oracle_hits(view, shape):
-    """What the oracle meets through every pixel: (hit, depth along the gaze, normal, clear of the outline)."""
-    options = {"fovy": view.get("fov"), "screen_window": view.get("screen_window")}
-    place = (60, 41, view["eye"], view["at"], view["up"])
-    o, d = cameras.rays(view["projection"], *place, **{k: v for k, v in options.items() if v is not None})
-    ids, t, normal, margin = spheres.nearest(o.reshape(-1, 3), d.reshape(-1, 3), [BALL])
-    w = cameras.frame(view["eye"], view["at"], view["up"])[2]
-    depth = np.where(ids >= 0, t, 0).reshape(shape) * (d @ w)
-    parts = (ids >= 0).reshape(shape), depth, normal.reshape(*shape, 3), (margin > 1e-3).reshape(shape)
-    return tuple(part[::-1] for part in parts)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", long_except([0, 1], 1))
-def test_pictures_are_those_of_the_closed_form(ball, number):
-    """Both cameras, every integrator, the background behind."""
-    shot = ball.shots[number]
-    renderer = renderer_of(ball, ball.shots[1], camera=make_camera(60, 41, **shot.view))
-    hit, depth, normal, clear = oracle_hits(shot.view, (41, 60))
-    assert 0.1 < hit.mean() < 0.9
-    assert clear.mean() > 0.95
-    s = np.clip((depth - 4) / 2, 0, 1)[..., None]
-    shown = {"flat": [0.8, 0.2, 0], "normal_map": (normal + 1) / 2, "depth_map": (1 - s) * [1, 0, 0] + s * [0, 0, 1]}
-    assert set(shown) <= {integrator.name for integrator in renderer.offers}
-    for name, color in shown.items():
-        expected = np.where(hit[..., None], color, backgrounds.corners(60, 41, *CORNERS))
-        np.testing.assert_allclose(renderer.use(name).image()[clear], expected[clear], atol=1e-5, err_msg=name)
-
-
-@pytest.mark.long
-def test_another_range_of_depth_starts_over(ball):
-    renderer = RT3Renderer(ball, 60, 41).use("depth_map")
-    renderer.set_depth((0, 0, 0), (1, 1, 1))
-    renderer.image()
-    before = renderer.samples
-    renderer.set_depth(zmin=1, zmax=2)
-    assert before == 1
-    assert not renderer.is_current()
-    with pytest.raises(tt.InputError, match="zmin must be less than zmax"):
-        renderer.set_depth(zmin=2, zmax=1)
-
-
 def test_a_range_that_is_set_before_it_is_shown_counts(ball):
     renderer = RT3Renderer(ball, 60, 41).use("flat")
     renderer.set_depth(zmin=1, zmax=2)
@@ -79,50 +34,7 @@ def test_a_range_that_is_set_before_it_is_shown_counts(ball):
     assert renderer.use("depth_map").active.zmax == 2
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(("renderer_class", "use_packets"), [(RT3Renderer, True), (tt.A2Renderer, False)])
-def test_a_crop_is_cut_out_of_the_whole_bit_for_bit(ball, renderer_class, use_packets):
-    """By packets and by single rays, with jitter and without; and nothing else is written."""
-    ball.set_environment("white")
-    whole, part = (renderer_class(ball, 60, 41, crop=crop) for crop in (None, (13, 38, 5, 30)))
-    part.eye_rays.use_packets = use_packets
-    full, cut = whole.render(2).image(), part.render(2).image()
-    np.testing.assert_array_equal(part.film.own_pixels(cut), full[41 - 30 : 41 - 5, 13:38])
-    inside = np.zeros((41, 60), bool)
-    inside[41 - 30 : 41 - 5, 13:38] = True
-    assert not cut[~inside].any()
-    assert full[inside].any()
-
-
 DOCUMENTS = [name for name in tt.scene_names() if name.startswith("rt3/")]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", long_except(DOCUMENTS, "rt3/two_views"))
-def test_every_shipped_document_loads_and_renders(name):
-    scene = tt.load_scene_data(name)
-    told = [note for note in scene.notes if "C-11" not in note and "the world is empty" not in note]
-    assert told == []
-    assert any("the world is empty" in note for note in scene.notes) == (scene.geometry.n_primitives == 0)
-    renderer = renderer_of(scene, scene.shots[-1], width=48, height=32)
-    assert renderer.render().image().any()
-    assert renderer.non_finite == 0
-
-
-@pytest.mark.long
-def test_the_examples_of_the_document_render_as_it_says():
-    """One colour on every pixel; C-11 of the first is told, and the second has its own window (C-10)."""
-    first, second = (tt.load_scene_data(f"rt3/document_{name}") for name in ("orthographic", "perspective"))
-    assert any("stretched by 17 %" in note for note in first.notes)
-    assert [note.split(": ")[-1] for note in second.notes] == [
-        "the world is empty, so that pictures of it show only the background"
-    ]
-    for scene in (first, second):
-        image = renderer_of(scene, width=28, height=18).image()
-        np.testing.assert_array_equal(image, np.broadcast_to(np.float32([0.14, 0.19, 0.26]), image.shape))
-    camera = renderer_of(second).camera
-    assert (camera.width, camera.height) == (2800, 1800)
-    assert camera.screen_window == pytest.approx((-0.41681, 0.41681, -0.26795, 0.26795), abs=1e-5)
 
 
 def test_the_question_of_the_three_spheres_has_its_answer():

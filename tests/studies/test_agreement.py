@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 import taichi as ti
 
-import taichi_tracer as tt
 from taichi_tracer.apps import agreement as command
-from taichi_tracer.apps.cli import main
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.studies import agreement
 from taichi_tracer.studies.agreement import Compared, Group, block_scores
-from taichi_tracer.system.registry import PARTS
 
 
 def noisy(rng, mean, deviation=0.1, shape=(32, 32, 3)):
@@ -62,42 +58,3 @@ class Dark(Diffuse):
     @ti.func
     def sample_weight(self, material, w_o, w_i, n):
         return 0.95 * material.Kd
-
-
-@pytest.mark.long
-def test_a_wrong_weight_is_found_and_nothing_else(f32):
-    names = ("brdf", "environment", "mis")
-    scene = tt.load_scene_data("cornell_box")
-    (right,) = agreement.agreement(scene, (48, 48), 3.0, names)
-    assert right.agrees, command.lines_of(right)
-    part = Dark()
-    tt.register(part)
-    try:
-        dark = tt.load_scene_data("cornell_box")
-    finally:
-        PARTS.remove(part)
-    (wrong,) = agreement.agreement(dark, (48, 48), 6.0, names)
-    found = {wrong.reference: 0.0} | {one.name: one.z for one in wrong.others}
-    assert not wrong.agrees
-    assert found["brdf"] == min(found.values())
-    assert abs(found["environment"] - found["mis"]) < abs(found["brdf"]) / 2
-
-
-@pytest.mark.long
-def test_the_command(tmp_path, capsys):
-    words = [
-        "accuracy",
-        "cornell_box",
-        "--check",
-        "--size",
-        "32x32",
-        "--budget",
-        "2",
-        "--estimators",
-        "mis,environment",
-    ]
-    assert main([*words, "--report", str(tmp_path / "r")]) == 0
-    told = capsys.readouterr().out
-    assert "agrees" in told
-    assert "1% of such checks" in told
-    assert (tmp_path / "r" / "agreement.html").read_text().count("<img") == 1

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import taichi_tracer.instances
-from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Placed
 from taichi_tracer.studies.hard import instance_cases
@@ -15,9 +14,7 @@ EPSILON = 2.0**-23
 pytestmark = pytest.mark.usefixtures("f32")
 
 
-@pytest.mark.parametrize(
-    "case", [*instance_cases.INSTANCES, *(pytest.param(case, marks=pytest.mark.long) for case in instance_cases.LARGE)]
-)
+@pytest.mark.parametrize("case", [*instance_cases.INSTANCES])
 def test_it_passes(case):
     found = case().judge(EPSILON)
     assert found["tried"] > 5
@@ -27,19 +24,6 @@ def test_it_passes(case):
 def test_the_suite_tries_them():
     assert set(instance_cases.INSTANCES) <= {type(case) for case in all_renderer_cases(("brdf",))}
     assert set(instance_cases.LARGE) <= set(LEVELS["full"].paths)
-
-
-@pytest.mark.exhaustive
-def test_boxes_that_are_not_widened_are_found(monkeypatch):
-    """A ray that is rounded in the object leaves the boxes of small and distant ones."""
-    plain = WideBVH.bind
-
-    def bind(self, geometry, triangle_test="watertight"):
-        plain(self, geometry, triangle_test)
-        self.pad_factor = 0.0
-
-    monkeypatch.setattr(WideBVH, "bind", bind)
-    assert instance_cases.ManySizes().judge(EPSILON)["wrong"] > 0
 
 
 def test_what_is_left_out_because_it_has_no_inverse_is_found(monkeypatch):

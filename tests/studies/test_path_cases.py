@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 import taichi as ti
-import taichi.math as tm
 from oracles import lamps as independent
-from support import start
 
-from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.integrators.path_settings import PathSettings
-from taichi_tracer.integrators.paths import WeightedPaths
-from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.studies.hard import oracle, path_cases
 from taichi_tracer.studies.hard.catalogue import LEVELS
 
@@ -68,67 +62,4 @@ def fill(camera: ti.template(), origins: ti.types.ndarray(ndim=3), directions: t
             directions[x, y, k] = ray.direction[k]
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("precision", ["f32", pytest.param("f64", marks=pytest.mark.exhaustive)])
-@pytest.mark.parametrize("case", path_cases.USUAL, ids=lambda case: case.__name__)
-def test_a_case_passes(case, precision):
-    start(precision)
-    epsilon = EPSILON if precision == "f32" else 2.0**-52
-    found = case().judge(epsilon)
-    start("f32")
-    assert found["tried"] > 0
-    assert (found["wrong"], found["nan"]) == (0, 0)
-
-
 # ── mistakes ──
-
-
-@ti.func
-def counted_twice(self, scene, ray, n, hit, pdf, is_delta):
-    return 1.0
-
-
-@ti.func
-def from_both_sides(self, hit):
-    light = tm.vec3(0)
-    if hit.is_hit:
-        light = self.library.get(hit.material_id).Ke
-    return light
-
-
-@ti.func
-def a_little_brighter(self, material, w_o, w_i, n):
-    return 1.0001 * material.Kd
-
-
-@ti.func
-def without_end(self):
-    return 200
-
-
-@ti.func
-def density_without_cosine(self, x, lamp, xi):
-    triangle_id = self.primitives[lamp]
-    v0, v1, v2 = self.geometry.triangle(triangle_id)
-    y = v0 + (v1 - v0) * (1 - ti.sqrt(xi.x)) + (v2 - v0) * (xi.y * ti.sqrt(xi.x))
-    distance = (y - x).norm()
-    light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
-    area = tm.cross(v1 - v0, v2 - v0).norm() / 2
-    return (y - x) / distance, distance * 0.999, light, distance * distance / area
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    ("owner", "method", "broken", "case"),
-    [
-        (WeightedPaths, "share_of_hit", counted_twice, path_cases.LampAtTheFloor),
-        (Lamps, "sample_triangle", density_without_cosine, path_cases.LampEdgeOn),
-        (PathSettings, "max_bounces", without_end, path_cases.MirrorCorridor),
-        (Diffuse, "weight", a_little_brighter, path_cases.ClosedRoom),
-        (Lamps, "emitted", from_both_sides, path_cases.LampAtTheFloor),
-    ],
-)
-def test_a_mistake_is_found(owner, method, broken, case, monkeypatch):
-    monkeypatch.setattr(owner, method, broken)
-    found = case().judge(EPSILON)
-    assert found["wrong"] + found["nan"] > 0

@@ -5,25 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import taichi_tracer as tt
 from taichi_tracer.studies import sample_times
 from taichi_tracer.studies.sample_times import RECORD, REPLAY_ALL, Anatomy
-from tests.support import start
 
 SIZE = 24
 
 
 BRUTE = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 FORMS = {"brute force": BRUTE, "hierarchy": {}, "plain form": {"fast": False} | BRUTE}
-
-
-@pytest.fixture(scope="module", params=[pytest.param(name, marks=pytest.mark.long) for name in FORMS])
-def anatomy(request):
-    """Paths in the Cornell box, of which one sample is on the film."""
-    start()
-    scene = tt.load_scene_data("cornell_box", **FORMS[request.param])
-    renderer = tt.A4Renderer(scene, SIZE, SIZE, integrator="path").render()
-    return Anatomy(renderer)
 
 
 def test_answers_that_are_read_give_the_same_bits(anatomy):

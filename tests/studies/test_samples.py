@@ -166,11 +166,3 @@ def test_pictures_are_png_files_in_which_more_samples_are_brighter():
     assert (inside == 0).mean() > 0.5  # cells without samples are black
     chart = samples.shares_png([Counts("x", cells, 1.0, np.array([3, 1]))], "x")
     assert chart.startswith(b"\x89PNG")
-
-
-@pytest.mark.long
-def test_the_hierarchy_is_best_where_there_are_many_lamps():
-    scene = tt.load_scene_data("many_lights")
-    found = {c.name: c for c in samples.lamp_counts(scene, *samples.centre_of_view(scene), 200_000)}
-    assert found["hierarchy"].deviation < found["area"].deviation / 4
-    assert found["hierarchy"].effective_lamps < found["power"].effective_lamps < found["area"].effective_lamps

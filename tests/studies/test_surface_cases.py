@@ -7,11 +7,8 @@ import taichi.math as tm
 from support import long_except
 
 import taichi_tracer as tt
-from taichi_tracer.brdfs import rough_layer
-from taichi_tracer.brdfs.microfacet import Microfacet, alphas, distribution, in_frame, scaled_length
-from taichi_tracer.brdfs.rough_layer import RoughLayer
+from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.lights.spot_light import SpotLight
-from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.studies.hard import surface_cases
 from taichi_tracer.studies.hard.catalogue import all_renderer_cases
 from taichi_tracer.textures import Textures
@@ -48,35 +45,10 @@ class BySquares(Microfacet):
         return self.eval(material, w_o, w_i, n) * cosine / self.pdf(material, w_o, w_i, n)
 
 
-@ti.data_oriented
-class WithRoundedCosine(Microfacet):
-    """The density is 0 where the rounded ω_o·ω_m is not above 0."""
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        value = 0.0
-        alpha, o, i = alphas(material), in_frame(w_o, n), in_frame(w_i, n)
-        if o.z > 0 and (o + i).norm_sqr() > 0:
-            m = tm.normalize(o + i)
-            if m.z > 0 and tm.dot(o, m) > 0:
-                value = distribution(alpha, m) / (2 * (o.z + scaled_length(alpha, o)))
-        return value
-
-
 def test_a_quotient_of_microfacets_is_found(monkeypatch):
     monkeypatch.setattr(surface_cases.Microfacets, "brdfs", lambda self: [BySquares()])
     found = surface_cases.Microfacets().judge(EPSILON)
     assert found["nan"] > 0
-
-
-@pytest.mark.long
-def test_a_density_that_is_0_where_there_is_light_is_found(monkeypatch):
-    monkeypatch.setattr(rough_layer, "LAYER", WithRoundedCosine())
-    monkeypatch.setattr(surface_cases.RoughLayers, "brdfs", lambda self: [RoughLayer()])
-    monkeypatch.setattr(surface_cases.RoughLayers, "xis", surface_cases.RoughLayers.grid)
-    found = surface_cases.RoughLayers().judge(EPSILON)
-    assert found["wrong"] > 0
-    assert found["energy"] > 1e3
 
 
 def test_a_texel_beyond_the_picture_is_found(monkeypatch):
@@ -86,16 +58,6 @@ def test_a_texel_beyond_the_picture_is_found(monkeypatch):
 
     monkeypatch.setattr(Textures, "bilinear", bilinear)
     assert surface_cases.DegenerateCoordinates().judge(EPSILON)["wrong"] > 0
-
-
-@pytest.mark.long
-def test_light_that_gets_out_is_found(monkeypatch):
-    @ti.func
-    def is_blocked(self, surface, w_i, distance):
-        return False
-
-    monkeypatch.setattr(SceneInKernels, "is_blocked", is_blocked)
-    assert surface_cases.LightInside().judge(EPSILON)["wrong"] > 0
 
 
 def test_a_cone_that_divides_by_its_edge_is_found(monkeypatch):

@@ -41,20 +41,6 @@ def test_an_old_lock_is_removed_and_one_that_is_held_stays(tmp_path):
     assert not lock.exists()
 
 
-@pytest.mark.long
-def test_with_an_old_lock_kernels_are_kept(tmp_path):
-    """Taichi would save none, and not say so: this is where its lock lies."""
-    place = tmp_path / "kernels"
-    place.mkdir()
-    lock = place / cache.LOCK
-    lock.touch()
-    long_ago = time.time() - 2 * cache.OLD
-    os.utime(lock, (long_ago, long_ago))
-    environment = {**os.environ, cache.VARIABLE: str(place), "PYTHONPATH": str(Path(taichi_tracer.__file__).parents[1])}
-    subprocess.run([sys.executable, "-c", PROGRAM], env=environment, capture_output=True, check=True)
-    assert list(place.glob("*.tic"))
-
-
 def test_processes_write_one_after_the_other(tmp_path):
     fcntl = pytest.importorskip("fcntl")
     other = (tmp_path / cache.TURNS).open("w")  # a lock belongs to an open file, not to a process

@@ -276,16 +276,3 @@ def test_freeing_gives_the_memory_back_although_somebody_has_the_field():
     owner.free()
     gc.collect()
     assert found() is None
-
-
-@pytest.mark.long
-def test_the_memory_of_a_picture_is_freed_with_its_renderer():
-    needs_arrays()
-    scene = tt.load_scene_data("cube", environment="studio")
-    renderer = tt.A2Renderer(scene, 8, 8).use("brdf").render(1)
-    owners = [scene._memory, renderer.film.memory]
-    blocks = [memory_of(field) for owner in owners for field in owner._tree]
-    assert len(blocks) > 5
-    del scene, renderer, owners
-    gc.collect()
-    assert [block for block in blocks if block() is not None] == []

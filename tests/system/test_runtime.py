@@ -61,86 +61,9 @@ def told(program: str) -> str:
     return result.stdout.strip()
 
 
-# ── the first start
-
-
-@pytest.mark.long
-def test_the_first_scene_starts_taichi_with_the_defaults():
-    program = f"""
-import taichi_tracer as tt
-from taichi_tracer.system import runtime
-print(runtime.current())
-tt.scene_from_mesh({TRIANGLE})
-now = runtime.current()
-print(now.precision, now.fast_math)
-"""
-    assert told(program).splitlines() == ["None", "f32 False"]
-
-
-@pytest.mark.long
-def test_a_start_by_the_program_is_respected():
-    program = f"""
-import taichi as ti
-ti.init(arch=ti.cpu, default_fp=ti.f64, log_level=ti.ERROR)
-own = ti.lang.impl.get_runtime().prog
-import taichi_tracer as tt
-hits = tt.scene_from_mesh({TRIANGLE}, intersector="brute_force").intersect([[0.2, 0.2, 1 / 3]], [[0, 0, -1]])
-print(own is ti.lang.impl.get_runtime().prog, hits.distance.dtype, abs(hits.distance[0] - 1 / 3) < 1e-15)
-"""
-    assert told(program).splitlines()[-1] == "True float64 True"
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("arguments", ["'cpu'", "'cpu', 'f64'", "'cpu', threads=1"])
-def test_a_start_as_asked_is_silent(arguments):
-    result = python(f"import taichi_tracer as tt; tt.init({arguments})")
-    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
-
-
-@pytest.mark.long
-def test_a_pool_for_all_cpus_has_twice_as_many_threads():
-    program = "import taichi as ti, taichi_tracer as tt; tt.init('cpu', threads={}); print(ti.cfg.cpu_max_num_threads)"
-    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    asked = {1: 1 if cpus > 1 else 2, cpus: 2 * cpus, None: 2 * cpus}
-    assert {n: int(told(program.format(n))) for n in asked} == asked
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("threads", [0, -1, "'two'"])
-def test_a_wrong_number_of_threads_is_told(threads):
-    result = python(f"import taichi_tracer as tt; tt.init('cpu', threads={threads}); tt.scene_from_mesh({TRIANGLE})")
-    assert "InputError" in result.stderr
-
-
 def test_an_exit_is_silent():
     result = python(f"{MADE}\nrenderer.use('hit').render()")
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
-
-
-# ── a start by the user
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("options", ["", "fast_math=False", "debug=True", "default_fp=ti.f64", "cpu_max_num_threads=1"])
-def test_pictures_of_any_start_by_the_user_are_those_of_the_package(options):
-    """512² pixels of light, with the vectors of sixteen numbers that end Taichi's own optimisation; and spheres."""
-    size = 24 if "debug" in options else 512
-    program = f"""
-import taichi as ti
-ti.init(arch=ti.cpu, log_level=ti.ERROR, {options})
-import numpy as np, taichi_tracer as tt
-scene = tt.load_scene_data("specular_spheres", environment="studio")
-light = tt.A2Renderer(scene, {size}, {size}).set_sample_brdf().render().render()
-views = tt.A1Renderer(tt.load_scene_data("rt3/three_spheres"), 64, 64).use("normal").render()
-print(np.asarray(light.image()).mean(), np.asarray(views.image()).mean())
-"""
-    lines = told(program).splitlines()  # Taichi prints the first
-    assert len(lines) == 2, "in debug mode, each sum or product that is too large would be a line"
-    means = [float(word) for word in lines[-1].split()]
-    light = tt.A2Renderer(tt.load_scene_data("specular_spheres", environment="studio"), size, size).set_sample_brdf()
-    assert means[0] == pytest.approx(light.render().render().image().mean(), rel=1e-3)
-    views = tt.A1Renderer(tt.load_scene_data("rt3/three_spheres"), 64, 64).use("normal").render()
-    assert means[1] == pytest.approx(views.image().mean(), rel=1e-4)
 
 
 def test_the_settings_that_kernels_need_are_given_to_a_start_by_the_user():
@@ -219,82 +142,6 @@ def test_settings_that_do_not_exist_are_told(arguments, message):
 
 
 # ── scenes of an earlier start
-
-
-def use_after_a_new_start(*uses: str) -> list[str]:
-    """What each use of an earlier scene or renderer raises, in a process that a wrong one may end."""
-    tries = "".join(f"try: {use}\nexcept Exception as error: print(type(error).__name__, error)\n" for use in uses)
-    return told(f"{MADE}\nti.init(arch=ti.cpu, log_level=ti.ERROR)\n{tries}").splitlines()[
-        1:
-    ]  # Taichi prints the first
-
-
-@pytest.mark.long
-def test_an_earlier_scene_is_refused_instead_of_crashing():
-    errors = use_after_a_new_start(
-        "scene.intersect([[0.2, 0.2, 1]], [[0, 0, -1]])",
-        "scene.occluded([[0.2, 0.2, 1]], [[0, 0, -1]])",
-        "tt.A1Renderer(scene, 8, 8)",
-        "renderer.render()",
-        "renderer.image()",
-        "renderer.error()",
-        "renderer.camera.set_camera_parameters(eye=(0, 0, 2), at=(0, 0, 0), up=(0, 1, 0), fov=60.0)",
-    )
-    kinds = [error.partition(" was made before Taichi was initialised again")[0] for error in errors]
-    scene, film, camera = (f"StaleSceneError this {what}" for what in ("scene", "film", "camera"))
-    assert kinds == [scene, scene, scene, scene, scene, film, camera]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("use", ["renderer.reset()", "renderer.canvas.to_numpy()"])
-def test_an_earlier_film_is_refused_instead_of_crashing(use):
-    assert "StaleSceneError" in use_after_a_new_start(use)[0]
-
-
-@pytest.mark.long
-def test_a_new_scene_works_after_a_new_start():
-    for precision in ("f64", "f32"):
-        tt.init("cpu", precision, force=True)
-        scene = tt.scene_from_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], intersector="brute_force")
-        assert scene.intersect([[0.2, 0.2, 1.5]], [[0, 0, -1]]).distance.tolist() == [1.5]
-
-
-# ── which backend
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("arch", "precision", "there", "chosen"),
-    [
-        ("auto", "f32", "cuda metal vulkan", "cuda"),
-        ("auto", "f32", "vulkan", "vulkan"),
-        ("auto", "f32", "metal", "metal"),
-        ("metal", "f32", "metal vulkan", "metal"),
-        ("auto", "f64", "cuda vulkan", "cuda"),
-        ("vulkan", "f32", "cuda vulkan", "vulkan"),
-        ("cpu", "f32", "cuda vulkan", "cpu"),
-        ("cpu", "f64", "", "cpu"),
-        ("auto", "f32", "", "cpu"),
-        ("auto", "f64", "metal vulkan", "cpu"),
-    ],
-)
-def test_the_backend_is_what_was_asked_for_or_the_first_there(arch, precision, there, chosen, devices):
-    devices.update(there.split())
-    assert runtime._choose(arch, precision) == (chosen, None)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("arch", "precision", "there", "message"),
-    [
-        ("cuda", "f32", "vulkan", "running on the CPU; arch 'cuda' was asked for, but there is no device for it"),
-        ("metal", "f32", "", "running on the CPU; arch 'metal' was asked for, but there is no device for it"),
-    ],
-)
-def test_where_no_device_is_the_cpu_is_used_and_that_is_said(arch, precision, there, message, devices, capsys):
-    devices.update(there.split())
-    assert tt.init(arch, precision, force=True) == Settings("cpu", precision, False)
-    assert capsys.readouterr() == ("", f"taichi_tracer: {message}\n")
 
 
 def test_auto_leaves_out_a_gpu_that_renders_another_picture(devices, monkeypatch):

@@ -16,19 +16,6 @@ def pictures(monkeypatch, tmp_path):
     return found, made
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("arch", ["vulkan", "cpu"])
-def test_a_picture_is_made_in_a_process_of_its_own(arch, tmp_path, monkeypatch):
-    from taichi_tracer.system import runtime
-
-    if arch == "vulkan" and not runtime.vulkan_devices():
-        pytest.skip("no Vulkan here")
-    monkeypatch.chdir(tmp_path)
-    mean, told = trial.picture_on(arch)
-    assert 0.1 < mean < 0.3
-    assert told.startswith("in ")
-
-
 def test_what_goes_wrong_there_is_one_line(monkeypatch):
     monkeypatch.setattr(trial, "PROGRAM", "raise RuntimeError('the driver has gone')")
     assert trial.picture_on("cpu") == (None, "RuntimeError: the driver has gone")

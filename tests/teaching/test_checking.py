@@ -173,16 +173,3 @@ def test_words_that_cannot_be_used(solved, tmp_path, capfd):
         tt.teaching.check("a1", "MyCamera")
     with pytest.raises(InputError, match="unknown class 'Sampler'"):
         tt.teaching.check("a1", tt.Sampler)
-
-
-@pytest.mark.long
-def test_the_command_tells_each_part_and_writes_a_page(solved, capfd):
-    change(solved, "renderer.py", "color = (hit_data.normal + 1) / 2", "color = hit_data.normal")
-    assert main(["check", str(solved), "shade_normal", "shade_hit", "normal"]) == 1
-    told = capfd.readouterr().out
-    assert "wrong       A1Renderer.shade_normal" in told
-    assert "right       A1Renderer.shade_hit" in told
-    assert "wrong       picture: normal" in told
-    page = (solved / "check.html").read_text(encoding="utf-8")
-    assert page.count("<img") == 3  # yours, right, difference
-    assert main(["check", str(solved), "shade_hit"]) == 0

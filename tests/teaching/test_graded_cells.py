@@ -5,10 +5,8 @@ import re
 
 import pytest
 
-import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.checking import Report
 from taichi_tracer.teaching.cutting import for_otter, stub_of
 from taichi_tracer.teaching.handing_out import write_notebook
 
@@ -76,34 +74,6 @@ def test_prompts_and_parts_without_one():
     source = "x = 1\n### BEGIN SOLUTION NO PROMPT\ny = 1\n### END SOLUTION\n"
     assert for_otter(source, "a.py").endswith("# BEGIN SOLUTION NO PROMPT\ny = 1\n# END SOLUTION\n")
     assert "PROMPT = " not in for_otter(source, "a.py")
-
-
-@pytest.mark.long
-def test_a_notebook_that_nbgrader_has_cut_earns_nothing_and_the_solution_all(tmp_path, capfd):
-    """As its preprocessors do: NotImplementedErrors in place of solutions; then the graded cells are run."""
-    cells = [cell for cell in cells_of("rt3", tmp_path / "n", "nbgrader") if cell["cell_type"] == "code"]
-    for is_cut in (True, False):
-        path = tmp_path / f"cells_{is_cut}.py"
-        written = [text_of(cell) for cell in cells if cell["metadata"].get("nbgrader", {}).get("solution")]
-        text = "\n\n".join(written)
-        path.write_text(BLOCK.sub(r"\1# YOUR CODE HERE\n\1raise NotImplementedError()\n", text) if is_cut else text)
-        known = {"__name__": "__main__", "tt": tt, "display": lambda report: None}
-        exec(compile(path.read_text(), str(path), "exec"), known)
-        earned = 0.0
-        for cell in (one for one in cells if one["metadata"].get("nbgrader", {}).get("grade")):
-            *before, last = text_of(cell).splitlines()
-            exec("\n".join(before), known)
-            report: Report = known["report"]
-            if is_cut:
-                with pytest.raises(AssertionError, match="not written|it needs what"):
-                    eval(last, known)
-            else:
-                score = eval(last, known)
-                assert type(score) is float
-                earned += score
-            assert {one.verdict.status for one in report.results} == {"not written" if is_cut else "right"}
-    assert earned == catalogue.load("rt3").points
-    assert capfd.readouterr().err == ""  # which nbgrader takes for an error
 
 
 def test_the_command_writes_them(tmp_path, capsys):

@@ -137,28 +137,3 @@ def run_autograder(upload, **variables: str) -> dict:
     script = upload / "source" / "run_autograder"
     subprocess.run(["bash", script], env=environment, cwd="/", check=True, timeout=120)
     return check_results((upload / "results" / "results.json").read_text())
-
-
-@pytest.mark.exhaustive
-def test_a_container_that_refuses_namespaces_still_grades(upload, tmp_path):
-    refusing = tmp_path / "bwrap"
-    refusing.write_text("#!/bin/sh\necho 'bwrap: No permissions to create new namespace'\nexit 1\n")
-    refusing.chmod(0o755)
-    (upload / "submission").mkdir(exist_ok=True)
-    (upload / "submission" / "sums.py").write_text(sums.submission())
-    values = run_autograder(upload, PATH=f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    assert values["score"] == sums.POINTS
-    assert "walls: limits" in (upload / "results" / "grader.log").read_text()
-
-
-@pytest.mark.exhaustive
-def test_run_autograder_writes_results(upload):
-    (upload / "submission").mkdir(exist_ok=True)
-    (upload / "submission" / "sums.py").write_text(sums.submission(add="return a"))
-    values = run_autograder(upload)
-    assert (values["score"], [one["status"] for one in values["tests"]]) == (8.0, ["failed", "passed", "passed"])
-    (upload / "source" / "assignment" / "sums" / "parts.py").unlink()
-    values = run_autograder(upload)
-    assert values["score"] == 0
-    assert "could not be graded" in values["output"]
-    assert "parts.py" in values["output"]

@@ -3,8 +3,6 @@
 TAICHI_TRACER_LONG=1 runs it for every part of every assignment.
 """
 
-import itertools
-
 import numpy as np
 import pytest
 from teaching.variants import VARIANTS
@@ -12,10 +10,9 @@ from teaching.variants import VARIANTS
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, mistakes, sketches
 from taichi_tracer.teaching.base import mistake
-from taichi_tracer.teaching.cutting import solved, stub_of
 from taichi_tracer.teaching.kept import arrays_in, parted
 from taichi_tracer.teaching.loading import OK, solution_of
-from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
+from taichi_tracer.teaching.mistakes import find, with_mistakes
 from taichi_tracer.teaching.running import answer, expected
 
 # Pairs of names of which no input can tell which one it is, and why.
@@ -25,7 +22,7 @@ ALIKE = [
 ]
 QUICK = ("Camera.generate_ndc_coords", "RayIntersector.query_ray")
 PARTS = [(name, part.name) for name in catalogue.names() for part in catalogue.load(name).parts if part.replaces]
-EVERY = [pytest.param(*ids, marks=[] if ids[1] in QUICK and ids[0] == "a1" else pytest.mark.long) for ids in PARTS]
+EVERY = [ids for ids in PARTS if ids[1] in QUICK and ids[0] == "a1"]
 
 
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -64,55 +61,6 @@ def test_nothing_is_found_in_the_solution(name, part_name):
     assert find(assignment, part, inputs, right, right) == []
 
 
-def variant_classes(assignment, part, body):
-    """The solution with another body of one method."""
-    file = assignment.classes[part.replaces]
-    source = (assignment.solution_folder / file).read_text(encoding="utf-8")
-    before, _, after = split_at_method(solved(source, file), part.replaces, part.method, file)
-    return mistakes.load_text(assignment, file, before + body + after)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "part_name"), PARTS)
-@pytest.mark.parametrize("body", ["stub", "pass", "return None", "return 0.0", "return 1.0"])
-def test_a_method_that_computes_nothing_earns_nothing(name, part_name, body):
-    """Neither the stub without its mark, nor a body without an answer; and the process goes on."""
-    assignment = catalogue.load(name)
-    part = assignment.part(part_name)
-    file = assignment.classes[part.replaces]
-    stub = stub_of((assignment.solution_folder / file).read_text(encoding="utf-8"), file)
-    lines = split_at_method(stub, part.replaces, part.method, file)[1].splitlines(keepends=True)
-    text = "".join(line for line in lines if "not_written" not in line) if body == "stub" else f"        {body}\n"
-    inputs = assignment.inputs(part, 3)
-    found = answer(part, variant_classes(assignment, part, text), solution_of(assignment), inputs)
-    if found.status == OK:
-        assert part.judge(inputs, found.arrays, expected(assignment, part, inputs)).share == 0
-
-
-VARIANT_PARTS = [
-    (name, variant, part) for name, found in VARIANTS.items() for variant, parts in found.items() for part in parts
-]
-
-
-@pytest.mark.parametrize(
-    ("name", "variant", "part_name"),
-    [pytest.param(*ids, marks=[] if ids == VARIANT_PARTS[0] else pytest.mark.long) for ids in VARIANT_PARTS],
-)
-def test_right_solutions_that_are_written_differently_are_right(name, variant, part_name):
-    """For three seeds of the inputs."""
-    assignment = catalogue.load(name)
-    part = assignment.part(part_name)
-    classes = variant_classes(assignment, part, VARIANTS[name][variant][part_name])
-    for seed in range(3):
-        inputs = assignment.inputs(part, seed)
-        found = answer(part, classes, solution_of(assignment), inputs, dict(assignment.classes))
-        assert found.status == OK, found.message
-        right = expected(assignment, part, inputs)
-        verdict = part.judge(inputs, found.arrays, right)
-        assert verdict.status == "right", (seed, verdict.message, verdict.first_wrong)
-        assert find(assignment, part, inputs, found.arrays, right) == []
-
-
 @pytest.mark.parametrize("name", catalogue.names())
 def test_every_part_is_also_written_differently(name):
     """By five students for an assignment, and by some of them for each method."""
@@ -120,43 +68,6 @@ def test_every_part_is_also_written_differently(name):
     count = {part: sum(part in written for written in VARIANTS[name].values()) for part in tested}
     assert len(VARIANTS[name]) >= 5
     assert min(count.values()) >= (1 if name in ("a1", "a2") else 3), count
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("part_name", ["Camera.generate_ndc_coords", "Camera.generate_camera_coords"])
-def test_most_pairs_are_found(part_name):
-    """All pairs that can be made of the mistakes of two parts."""
-    share, told = pairs_found("a1", part_name, 1)
-    assert share >= 0.7, told
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "part_name"), PARTS)
-def test_most_pairs_are_found_in_every_part(name, part_name):
-    """A tenth of all pairs."""
-    share, told = pairs_found(name, part_name, 10)
-    assert share >= 0.7, told
-
-
-def pairs_found(name, part_name, every):
-    """(the share of pairs that are found, those that are not)."""
-    assignment = catalogue.load(name)
-    part = assignment.part(part_name)
-    inputs = assignment.inputs(part, 3)
-    right = expected(assignment, part, inputs)
-    single = [answers_with(assignment, part, (one,), inputs) for one in assignment.mistakes_of(part)]
-    found, missed = 0, []
-    for pair in list(itertools.combinations(assignment.mistakes_of(part), 2))[::every]:
-        wrong = answers_with(assignment, part, pair, inputs)
-        alone = [a for a in single if a is not None and wrong is not None and part.judge.agrees(inputs, wrong, a).all()]
-        if wrong is None or alone or part.judge.agrees(inputs, wrong, right).all():
-            continue  # they exclude each other, or one hides the other, or they cancel
-        names = [set(finding.names) for finding in find(assignment, part, inputs, wrong, right)]
-        if {one.name for one in pair} in names:
-            found += 1
-        else:
-            missed.append([one.name for one in pair])
-    return (found / (found + len(missed)) if found + len(missed) else 1.0), missed
 
 
 def test_there_are_enough_mistakes():
@@ -226,20 +137,6 @@ def test_answers_are_kept_and_a_damaged_file_is_computed_again():
     again = mistakes.answers_of(assignment, part, one, inputs)
     assert np.array_equal(first["ndc"], again["ndc"])
     assert path.read_bytes() != b"no zip"
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name == "rt3" else pytest.mark.long) for name in catalogue.names()]
-)
-def test_a_mistake_is_compared_first_by_its_sketch(name):
-    """Every known mistake has a sketch; ``sketches.write`` makes them anew."""
-    assignment = catalogue.load(name)
-    for part in assignment.parts:
-        inputs, known = assignment.inputs(part, sketches.SEED), assignment.mistakes_of(part)
-        for one in known:
-            wrong = mistakes.answers_of(assignment, part, (one,), inputs)
-            first = sketches.likely_first(assignment, part, inputs, wrong, known)[0]
-            assert first is one or {first.name, one.name} in ALIKE
 
 
 def test_other_inputs_have_no_sketch():

@@ -1,13 +1,10 @@
 """What a submission's process gets: the solution of the parts that were asked for before, and of no other one."""
 
-import numpy as np
 import pytest
 from teaching import sums
 
 from taichi_tracer.teaching import catalogue, outline
 from taichi_tracer.teaching.cutting import stub_of
-from taichi_tracer.teaching.loading import load_submission, solution_of
-from taichi_tracer.teaching.running import answer, expected
 
 
 @pytest.mark.parametrize("name", catalogue.names())
@@ -65,30 +62,3 @@ def test_a_part_brings_its_helpers_and_no_other_part(tmp_path):
     assert "return a + self.negative(b)" in both
     assert "return -b" in both
     assert outline.solved_parts(assignment, []) == {}
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in catalogue.names()])
-def test_every_part_runs_beside_the_parts_before_it(name, tmp_path):
-    """In the order of ``in_order``, a right submission has the solution's answers beside an outline that learns."""
-    assignment = catalogue.load(name)
-    outline.write(assignment, tmp_path / name)
-    given = catalogue.load(tmp_path / name)
-    solution = solution_of(given)
-    solution.order = outline.in_order(assignment)
-    student = load_submission(solved_folder(assignment, tmp_path / "student"), given)
-    (tmp_path / "learned").mkdir()
-    for i, part in enumerate(map(assignment.part, solution.order)):
-        solution.learn(outline.solved_parts(assignment, solution.order[:i]), tmp_path / "learned")
-        inputs = assignment.inputs(part, 1)
-        found = answer(part, student, solution, inputs, dict(assignment.classes))
-        assert found.status == "ok", (part.name, found.message)
-        right = expected(assignment, part, inputs)
-        assert all(np.array_equal(found.arrays[key], right[key], equal_nan=True) for key in right), part.name
-
-
-def solved_folder(assignment, folder):
-    """A submission with the solution."""
-    folder.mkdir()
-    for file in assignment.files:
-        (folder / file).write_text((assignment.solution_folder / file).read_text())
-    return folder

@@ -54,8 +54,7 @@ STUBS = {  # what the first picture of a program needs
     ],
 }
 ONE_LONG = [
-    pytest.param(name, marks=pytest.mark.long if name == "rt3" else pytest.mark.exhaustive)
-    for name in catalogue.names()
+    pytest.param("rt3", marks=pytest.mark.slow),
 ]
 
 

@@ -57,7 +57,7 @@ def is_gone(child: SubmissionProcess) -> bool:
     return child._process.poll() is not None and not child.given.exists()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_process_answers_at_every_level(assignment, tmp_path, level):
     with started(assignment, tmp_path, "print('hello')\nreturn a + b", level) as child:
         reply, arrays = child.ask(RUN, INPUTS)
@@ -67,7 +67,7 @@ def test_a_process_answers_at_every_level(assignment, tmp_path, level):
     assert is_gone(child)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_memory_is_watched_at_every_level(assignment, tmp_path, level):
     add = "import time\nimport numpy as np\nkept = np.ones(80_000_000)\ntime.sleep(100)"
     child = started(assignment, tmp_path, add, level, resident=400 << 20)
@@ -76,7 +76,7 @@ def test_memory_is_watched_at_every_level(assignment, tmp_path, level):
     assert is_gone(child)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_a_process_ends_when_it_has_to_at_every_level(assignment, tmp_path, level):
     child = started(assignment, tmp_path, "import time\ntime.sleep(1000)", level, wall=500)
     start = time.monotonic()
@@ -87,7 +87,7 @@ def test_a_process_ends_when_it_has_to_at_every_level(assignment, tmp_path, leve
     assert is_gone(child)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_time_of_the_processor_is_limited(assignment, tmp_path):
     child = started(assignment, tmp_path, "while True: pass", cpu=0.5, wall=60)
     with pytest.raises(ChildEnded, match="0.5 seconds of the processor") as error:
@@ -96,7 +96,7 @@ def test_time_of_the_processor_is_limited(assignment, tmp_path):
     assert is_gone(child)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_time_of_the_clock_is_limited(assignment, tmp_path):
     child = started(assignment, tmp_path, "import time\ntime.sleep(1000)", wall=0.5)
     with pytest.raises(ChildEnded, match="within 0.5 seconds") as error:
@@ -105,7 +105,7 @@ def test_time_of_the_clock_is_limited(assignment, tmp_path):
     assert is_gone(child)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_prints_are_cut(assignment, tmp_path):
     with started(assignment, tmp_path, "print('x' * 3_000_000)\nreturn a + b") as child:
         assert child.ask(RUN, INPUTS)[0]["status"] == "ok"
@@ -202,7 +202,7 @@ child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)
 """
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_everything_ends_with_the_grader_at_every_level(assignment, tmp_path, level):
     """The grader is ended by a signal that it cannot notice, while a daemon of the submission runs."""
     add = "import os, time\nif os.fork() == 0:\n    os.setsid()\ntime.sleep(1000)"

@@ -11,7 +11,6 @@ from support import long_except
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.loading import solution_of
-from taichi_tracer.teaching.running import expected, reproducible_random
 
 
 class ShippedIntersector(tt.BruteForceRayIntersector):
@@ -27,7 +26,6 @@ SHIPPED |= {"BRDF": tt.BRDF, "MeshLightSampler": tt.MeshLightSampler}
 SHIPPED |= {"PointLight": tt.PointLight, "DirectionalLight": tt.DirectionalLight, "SpotLight": tt.SpotLight}
 SHIPPED |= {"AmbientLight": tt.AmbientLight, "BlinnPhong": tt.BlinnPhong}
 SHIPPED |= {"A2Renderer": tt.A2Renderer, "A3Renderer": tt.A3Renderer, "A4Renderer": tt.A4Renderer}
-SAME_BITS = ("generate_ndc_coords", "compute_matrix", "compute_triangle_area", "UniformSampler.evaluate_probability")
 VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
 PARTS = [
     (name, part.name)
@@ -38,22 +36,6 @@ PARTS = [
 
 
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-@pytest.mark.parametrize(
-    ("name", "part_name"), [pytest.param(*ids, marks=[] if ids[0] == "a1" else pytest.mark.long) for ids in PARTS]
-)
-def test_the_solution_gives_the_numbers_of_the_package(name, part_name):
-    assignment = catalogue.load(name)
-    part = assignment.part(part_name)
-    inputs = assignment.inputs(part, 4)
-    with reproducible_random():
-        shipped = part.run(SHIPPED[part.replaces], inputs)
-    right = expected(assignment, part, inputs)
-    verdict = part.judge(inputs, shipped, right)
-    assert verdict.status == "right", (verdict.message, verdict.first_wrong)
-    if part_name.endswith(SAME_BITS) and name == "a1":
-        assert all(np.array_equal(shipped[key], right[key]) for key in right)
 
 
 def test_most_methods_are_compared():

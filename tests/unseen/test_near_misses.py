@@ -6,7 +6,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.unseen.near_misses import EYE, LOBE, MIRROR, NearMisses, levels_of
+from taichi_tracer.unseen.near_misses import EYE, LOBE, MIRROR, levels_of
 
 SUN = (20, 37)  # row and column of the one bright texel
 HEIGHT, WIDTH = 64, 128
@@ -90,75 +90,3 @@ def test_eye_rays_that_look_beside_the_sun_are_counted_exactly():
     assert counted.near[0, EYE] == 3 * (zones[row, column] == 1).sum() > 0
     assert counted.met[0, EYE] == 3 * ((row == SUN[0]) & (column == SUN[1])).sum() > 0
     assert not counted.near[0, [MIRROR, LOBE]].any()
-
-
-@pytest.mark.exhaustive
-def test_only_look_ups_that_decide_are_counted():
-    """Those of a mirror always, those of a lobe only if no sample of the lights is taken."""
-    mirror, matte = plane(Kd=(1,) * 3, Ns=1e14), plane(Kd=(0.5,) * 3)
-    found = {}
-    for name, scene, way in (("mirror", mirror, "mis"), ("mis", matte, "mis"), ("brdf", matte, "brdf")):
-        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.unseen.counted()
-        found[name] = counted.near.sum(axis=0)
-        assert counted.per_pixel.sum() == found[name][LOBE]
-    assert found["mirror"][MIRROR] > 100
-    assert found["mirror"][LOBE] == found["mis"].sum() == 0
-    assert found["brdf"][LOBE] > 10
-    assert found["brdf"][MIRROR] == 0
-    of_paths = tt.A4Renderer(mirror, 32, 32).use("path").render(4).film.unseen.counted()
-    of_mis = tt.A2Renderer(mirror, 32, 32).use("mis").render(4).film.unseen.counted()
-    np.testing.assert_array_equal(of_paths.near, of_mis.near)
-
-
-@pytest.mark.exhaustive
-def test_counts_are_added_and_kept_with_the_samples():
-    scene = plane(Kd=(1,) * 3, Ns=1e14)
-    renderers = [tt.A2Renderer(scene, 24, 24, first_sample=first).use("brdf") for first in (0, 0, 4)]
-    whole, first, second = (r.render(n).film for r, n in zip(renderers, (8, 4, 4), strict=True))
-    expected = whole.unseen.counted().to_arrays()
-    first.merge(second)
-    for got in (first.unseen.counted(), NearMisses.from_arrays(first.to_arrays())):
-        for name, array in got.to_arrays().items():
-            np.testing.assert_array_equal(array, expected[name])
-    first.from_arrays(whole.to_arrays(), 8)
-    np.testing.assert_array_equal(first.unseen.counted().near, whole.unseen.counted().near)
-    first.reset()
-    assert not first.unseen.counted().near.any()
-
-
-@pytest.mark.long
-def test_a_sun_in_a_mirror_that_no_sample_met_is_in_the_upper_end():
-    """A small mirror ball: its picture of the sun is smaller than a pixel, and 16 samples do not find it."""
-    mesh = Mesh(
-        vertices=np.zeros((0, 3)),
-        faces=np.zeros((0, 3), np.int32),
-        face_materials=np.zeros(0, np.int32),
-        materials=[Material("mirror", Kd=(1,) * 3, Ns=1e14)],
-        spheres=np.array([[0, 0, 0, 0.5]]),
-        sphere_ids=np.array([0], np.int32),
-        sphere_materials=np.zeros(1, np.int32),
-    )
-    sun = direction(*SUN)
-    view = {"eye": tuple(4 * sun), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 30.0}
-    bright = np.full((4 * HEIGHT, 4 * WIDTH, 3), 0.5)
-    bright[4 * SUN[0], 4 * SUN[1]] = 1e6
-    scene = tt.SceneData(mesh, view=view, environment=bright, intersector="brute_force")
-    told = tt.A2Renderer(scene, 12, 12).use("mis").render(8).error()
-    assert told < 0.2 < 1 < told.high
-    assert "light that no sample met may add" in str(told)
-    even = tt.SceneData(mesh, view=view, environment=np.full((8, 16, 3), 0.5), intersector="brute_force")
-    assert tt.A2Renderer(even, 12, 12).use("mis").render(8).error().unseen == 0
-
-
-@pytest.mark.long
-def test_a_lobe_that_is_narrower_than_the_sun_is_counted_like_a_mirror():
-    """By its own samples alone: about as often as a mirror's, and not by the many samples of the sun."""
-    mirror, narrow = (plane(Kd=(1,) * 3, Ns=ns) for ns in (1e14, 1e8))
-    found = {}
-    for name, scene, way in (("mirror", mirror, "mis"), ("mis", narrow, "mis"), ("lights", narrow, "environment")):
-        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.unseen.counted()
-        found[name] = counted.near[0, MIRROR], counted.met[0, MIRROR]
-        assert not counted.near[:, LOBE].any()
-    assert found["mis"][0] == pytest.approx(found["mirror"][0], rel=0.05)
-    assert found["mis"][1] <= found["mirror"][1] + 3
-    assert found["lights"] == (0, 0)

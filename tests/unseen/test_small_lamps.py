@@ -8,10 +8,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cli import main
-from taichi_tracer.apps.merge import film_of
 from taichi_tracer.camera import make_camera
-from taichi_tracer.files.checkpoint import read_checkpoint
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.unseen.rare_light import KNOWN, RareLight, missed, rows_of
@@ -140,43 +137,6 @@ def test_a_camera_with_pixels_of_its_own_order_adds_nothing():
     assert small_lamps(made, Mirrored(SIZE, SIZE, **VIEW), (0, SIZE, 0, SIZE), made.intersect).pixel.size == 0
 
 
-@pytest.mark.long
-def test_claims_contain_a_lamp_that_no_sample_met():
-    """Of 20 renders with 4 samples, most do not meet the lamp; every upper end contains the true error."""
-    made = scene((AT, HALF))
-    share = (2 * HALF / (2 * PIXEL)) ** 2
-    met = covered = 0
-    for seed in range(20):
-        renderer = tt.A3Renderer(made, SIZE, SIZE, seed=seed).use("mis").render(4)
-        image, told = renderer.image(), renderer.error()
-        brightest = image.reshape(-1, 3).max(axis=0)
-        is_met = brightest[0] > 10
-        met += is_met
-        mean = 0.35 + share * RMS / SIZE**2
-        missing = share * RMS / SIZE / mean
-        covered += is_met or math.isnan(told) or told.high > 0.9 * missing
-    assert met < 10
-    assert covered == 20
-    made.destroy()
-
-
-@pytest.mark.long
-def test_checkpoints_and_merged_samples_keep_what_is_known(tmp_path):
-    made = scene((AT, HALF))
-    first, second = (tt.A3Renderer(made, SIZE, SIZE, first_sample=start).use("mis").render(4) for start in (0, 4))
-    told = first.error().high
-    paths = [str(tmp_path / f"{name}.checkpoint") for name in "abc"]
-    first.save_checkpoint(paths[0])
-    second.save_checkpoint(paths[1])
-    assert main(["merge", *paths[:2], "-o", paths[2]]) == 0
-    facts, arrays = read_checkpoint(paths[2])
-    film = film_of(facts, arrays, facts["samples"])
-    assert film.samples == 8
-    assert len(film.unseen.rare) > 0
-    assert not film.error().high <= told / 2  # it may be unknown
-    made.destroy()
-
-
 def test_a_pixel_that_takes_fewer_samples_meets_less():
     """Adaptive sampling gives a pixel an eighth of the samples, because its pilot has seen nothing in it."""
     rows = rows_of([(1.0, RareLight(np.array([5]), np.array([0.2]), np.array([3.0]), 16))])
@@ -186,15 +146,3 @@ def test_a_pixel_that_takes_fewer_samples_meets_less():
     shares[5] = 1 / 8
     assert missed(rows, samples, 16, shares) == pytest.approx(3 / 4)
     assert missed(rows, 8 * samples, 16, shares) == 0
-
-
-@pytest.mark.long
-def test_the_claim_of_an_adaptive_picture_knows_how_often_each_pixel_was_sampled(f32):
-    made = scene((AT, HALF, 1.0))
-    renderer = tt.A3Renderer(made, camera=make_camera(SIZE, SIZE, **VIEW), adaptive=True).use("mis").render(8)
-    shares = renderer.film.shares()
-    counts = renderer.film.counts()
-    assert 0 < shares.min() < shares.max() <= 1
-    lamps = small_lamps(made, renderer.camera, (0, SIZE, 0, SIZE), made.intersect)
-    x, y = int(lamps.pixel[0]) % SIZE, int(lamps.pixel[0]) // SIZE
-    assert shares[lamps.pixel[0]] == counts[x, y] / renderer.film.samples

@@ -494,7 +494,7 @@ def test_an_atomic_function_changes_a_mixed_vector_only_by_its_numbers():
         changes_a_mixed_vector_by_an_atomic_function(Store())
 
 
-@pytest.mark.parametrize("has_arrays", [True, pytest.param(False, marks=pytest.mark.long)])
+@pytest.mark.parametrize("has_arrays", [True])
 @pytest.mark.parametrize(("kernel", "error", "told"), WRONG, ids=[kernel.__name__ for kernel, _, _ in WRONG])
 def test_a_mistake_in_a_kernel_is_told_as_taichi_tells_it(kernel, error, told, has_arrays):
     if has_arrays:
@@ -542,24 +542,6 @@ def test_a_kernel_that_asks_for_shapes_gets_those_of_its_field():
         _, field = one_field(rows, columns)
         field.from_numpy(np.arange(rows * columns).reshape(rows, columns))
         assert last(field) == rows * columns - 1
-
-
-@ti.kernel
-def set_structs(s: ti.template(), number: ti.i32):
-    for i in range(ROWS):
-        s.structs[i].a = number
-
-
-@pytest.mark.long
-def test_each_field_of_structs_is_written_for_its_own_object():
-    """Also if some of them are Taichi's own."""
-    with without_arrays():
-        taichis = [Store(), Store()]
-    stores = [*taichis, Store(), Store()]
-    for number, store in enumerate(stores):
-        set_structs(store, number)
-    found = [store.structs.a.to_numpy().tolist() for store in stores]
-    assert found == [[number] * ROWS for number in range(len(stores))]
 
 
 PROGRAM = """

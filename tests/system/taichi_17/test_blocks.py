@@ -1,14 +1,10 @@
 """A block of its own changes what Taichi has to look through, and no value."""
 
 import importlib
-import os
 import pkgutil
-import re
-import subprocess
 import sys
 
 import numpy as np
-import pytest
 import taichi as ti
 import taichi.math as tm
 from support import needs_patch
@@ -81,34 +77,3 @@ scene = tt.load_scene_data("cube", environment="studio")
 tt.{renderer}(scene, 8, 8).use("{name}").render(1)
 """
 MOST = 500  # own statements; where no calculation has a block of its own, there are more than 1,000
-
-
-def own_statements(kernel: list[str]) -> list[int]:
-    """The statements in each block that holds half of a kernel, without those that stand in blocks within it."""
-    open_blocks, done = [], []  # [indentation, own statements, all statements]
-    for line in kernel:
-        indent = len(line) - len(line.lstrip())
-        while open_blocks and open_blocks[-1][0] > indent:
-            done.append(open_blocks.pop())
-        if not open_blocks or open_blocks[-1][0] < indent:
-            open_blocks.append([indent, 0, 0])
-        open_blocks[-1][1] += 1
-        for block in open_blocks:
-            block[2] += 1
-    return [own for _, own, together in done + open_blocks if 2 * together > len(kernel)]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("renderer", "name"), [("A2Renderer", "brdf"), pytest.param("A4Renderer", "path", marks=pytest.mark.long)]
-)
-def test_the_outer_blocks_of_a_sample_are_short(renderer, name):
-    """Each statement of the kernel lets Taichi look through all of them."""
-    needs_patch("blocks")
-    prints = {"TI_PRINT_PREPROCESSED_IR": "1", "TI_OFFLINE_CACHE": "0"}
-    command = [sys.executable, "-c", PICTURE.format(renderer=renderer, name=name)]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | prints).stdout
-    kernels = [kernel.splitlines() for kernel in re.findall(r"^kernel \{\n(.*?)^\}", printed, re.MULTILINE | re.DOTALL)]
-    largest = max(kernels, key=len)
-    assert len(largest) > 3000
-    assert 0 < max(own_statements(largest)) < MOST

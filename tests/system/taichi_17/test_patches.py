@@ -92,32 +92,6 @@ def test_an_import_replaces_nothing_and_init_does(tmp_path):
 
 # ── what they change
 
-PICTURES = """
-import hashlib
-import taichi_tracer as tt
-
-def told(renderer):
-    return hashlib.sha256(renderer.render(2).image().tobytes()).hexdigest()
-
-lamps = tt.load_scene_data("specular_spheres", environment="studio")
-print(told(tt.A1Renderer(lamps, 16, 16).use("normal")))
-print(told(tt.A2Renderer(lamps, 16, 16).use("mis")))
-print(told(tt.A4Renderer(tt.load_scene_data("cornell_box"), 8, 8).use("path")))
-scene = tt.load_scene_data("cube", intersector="bvh", fast=False)
-print(scene.intersect([[0.1, 0.2, 9]], [[0, 0, -1]]).distance)
-"""
-
-
-@pytest.mark.long
-def test_pictures_have_the_same_bits_with_all_with_none_and_without_the_folder(tmp_path):
-    folders = [tmp_path / name for name in ("all", "none", "without")]
-    for folder in folders:
-        folder.mkdir()
-    with_all = printed(copy_without(folders[0]), PICTURES, TAICHI_TRACER_PATCHES="")
-    assert printed(copy_without(folders[1]), PICTURES, TAICHI_TRACER_PATCHES="none") == with_all
-    assert printed(copy_without(folders[2], "system/taichi_17"), PICTURES, TAICHI_TRACER_PATCHES="") == with_all
-    assert len(set(with_all.splitlines())) == 4
-
 
 def test_a_wrong_switch_is_one_line_of_the_command(tmp_path):
     program = "import sys; from taichi_tracer.__main__ import main; sys.argv[1:] = ['info', 'cube']; sys.exit(main())"

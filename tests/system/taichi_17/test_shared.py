@@ -93,7 +93,7 @@ LONG = {
     "the plain tree": picture(tt.A2Renderer, "mis", intersector="bvh", fast=False),
     "every triangle": picture(tt.A2Renderer, "mis", intersector="brute_force", fast=False),
 }
-EVERY = {**QUICK, **{name: pytest.param(make, marks=pytest.mark.long) for name, make in LONG.items()}}
+EVERY = QUICK
 
 
 @pytest.mark.parametrize("make", EVERY.values(), ids=EVERY)
@@ -123,14 +123,6 @@ def kept(folder: Path, names: tuple[str, ...], seed: int, size: tuple[int, int])
     environment = {**os.environ, "TI_OFFLINE_CACHE": "1", "TI_OFFLINE_CACHE_FILE_PATH": str(folder)}
     subprocess.run([sys.executable, "-c", program, *words], env=environment, check=True)
     return {path.name for path in folder.rglob("*.tic")}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("names", [tuple(QUICK), tuple(LONG)], ids=["some", "all"])
-def test_another_process_finds_the_kernels_for_another_scene_in_another_size(tmp_path, names):
-    first = kept(tmp_path, names, 1, (16, 12))
-    assert len(first) >= len(QUICK)
-    assert kept(tmp_path, names, 2, (20, 24)) == first
 
 
 @ti.data_oriented
@@ -330,22 +322,6 @@ def test_a_variable_of_the_function_around_is_too():
     assert renderer(of, 8, 8).render().image().max() == 0.5
 
 
-@pytest.mark.long
-def test_a_density_that_is_replaced_later_is_noticed(monkeypatch):
-    of = any_scene(1)
-    first = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
-
-    @ti.func
-    def half():
-        return 0.5 / (4 * np.pi)
-
-    monkeypatch.setattr(tt.UniformSampler, "evaluate_probability", staticmethod(half))
-    second = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
-    assert not np.array_equal(first, second)
-    monkeypatch.undo()
-    np.testing.assert_array_equal(tt.A2Renderer(of, 16, 12).use("uniform").render(4).image(), first)
-
-
 def changes() -> dict[str, list[str]]:
     """What is changed → the names of the kernels that are read then."""
     start("f32")
@@ -401,12 +377,6 @@ def documented() -> str:
     """The table that the document has."""
     text = DOCUMENT.read_text()
     return text[text.index(HEAD) :].split("\n\n")[0]
-
-
-@pytest.mark.long
-def test_the_table_in_the_documents_is_this_one():
-    tt.init("cpu", force=True)
-    assert documented() == table(), f"run: python {Path(__file__).name}"
 
 
 if __name__ == "__main__":
