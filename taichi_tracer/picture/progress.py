@@ -55,7 +55,7 @@ class Target:
     spp: int | None = None
     time: float | None = None
     error: float | None = None
-    is_usual: bool = False
+    is_usual: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("spp", "time", "error"):
