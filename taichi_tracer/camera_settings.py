@@ -15,6 +15,7 @@ from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
+from taichi_tracer.system.own_code.source import fault
 from taichi_tracer.system.seams import replaced, runs_in_kernels
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.threads import inside_kernel
@@ -281,10 +282,9 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
             self._put_matrix(np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64))
             self._tables.load(self._memory)
         elif not self._memory.read(self.camera_to_world).any():
-            name = f"{type(self).__name__}.compute_matrix"
-            raise InputError(
-                f"camera: {name} returns nothing, and sets no camera_to_world[None]: return a 4 x 4 matrix"
-            )
+            name, advice = f"{type(self).__name__}.compute_matrix", "return a 4 x 4 matrix"
+            text = f"{name} has no return with a value, and sets no camera_to_world[None]: {advice}"
+            raise fault(self.compute_matrix, text)
 
     def _put_matrix(self, matrix: np.ndarray) -> None:
         if matrix.shape != (4, 4):

@@ -160,6 +160,7 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
     name, what, jitters = "A2Renderer", "estimator", True
+    asked = "uniform", "brdf"
 
     RAY_OFFSET = 1e-6  # of the course, for methods that read it; the package's own rays start as ``offset_origin`` says
 
@@ -220,6 +221,7 @@ class A3Renderer(A2Renderer):
     """
 
     name, first = "A3Renderer", "mis"
+    asked = "environment", "mis"
     value_names = tuple(value.name for value in WEIGHTS)
 
     SampleMode = modes.LampSampleMode
@@ -295,6 +297,7 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     """
 
     name, what, first, jitters = "A4Renderer", "path", "path", True
+    asked = "implicit", "explicit"
     value_names = tuple(value.name for value in OF_PATHS)
 
     ShadingMode = modes.ShadingMode

@@ -119,7 +119,7 @@ class Supervised:
     def _where(self) -> str:
         """Where the method of the present part stands."""
         of = self.present or {}
-        return f"line {of['line']} of {of['file']}: " if of.get("line") else ""
+        return f"{of['file']}:{of['line']}: " if of.get("line") else ""
 
     def left(self) -> list[str]:
         """The names of the parts that it has not begun."""

@@ -83,13 +83,19 @@ def show(
     print(f"No window can open here: {verdict.reason}.")
     if offers_browser:
         return serve(Session(renderer, scene_options))
-    shown = renderer.offers if all_views else (renderer.active,)
+    shown = asked_for(renderer) if all_views else (renderer.active,)
     paths = write_all(renderer, Path(folder), shown)
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
     for path in paths:
         print(f"  {path}")
     print(f"For a window: {verdict.remedy}")
     return 0
+
+
+def asked_for(renderer: ProgressiveRenderer) -> Sequence[Integrator]:
+    """What a renderer offers; of a ``shade_ray`` of somebody's own, what its assignment asks for."""
+    asked = [one for one in renderer.offers if one.name in renderer.asked]
+    return asked if asked and "shade_ray" in renderer.replaced else renderer.offers
 
 
 def write_all(renderer: ProgressiveRenderer, folder: Path, shown: Iterable[Integrator]) -> list[Path]:

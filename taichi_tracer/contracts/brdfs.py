@@ -122,6 +122,11 @@ def told(material):
     return ", ".join(f"{k}={getattr(material, k)}" for k in names if getattr(material, k) != getattr(usual, k))
 
 
+def at(n, name, direction):
+    """A direction for a message, with its cosine."""
+    return f"n·{name} = {n @ direction:.4g}, {name} = {np.round(direction, 4).tolist()}"
+
+
 def viewer(n, cosine):
     """A unit vector at an angle from n, to a side that is no axis."""
     side = np.cross(n, [0.3, 0.8, -0.2])
@@ -184,7 +189,8 @@ def check_sample_follows_pdf(brdf):
         quotient = f_cos / np.maximum(pdf, 1e-30)[:, None]
         resolvable = (pdf > 1e-6 * pdf.max()) & (np.abs(w_i @ n) > 1e-4)
         error = np.abs(weight - quotient)[resolvable] / (1e-3 + np.abs(quotient[resolvable]))
-        assert error.max() < VALUE_TOLERANCE, f"{what}: weight is not f cos/pdf: off by {error.max():.1e}"
+        worst = at(n, "w_i", w_i[resolvable][int(np.argmax(error.max(axis=1)))])
+        assert error.max() < VALUE_TOLERANCE, f"{what}, {worst}: weight is not f cos/pdf: off by {error.max():.1e}"
 
         assert albedo.max() < 1 + ENERGY_TOLERANCE, f"{what}: reflects {albedo.max():.4f} of the light"
         spread = weight.std(axis=0) / np.sqrt(SAMPLES)
@@ -199,7 +205,7 @@ def check_values_are_finite(brdf):
     bench = Bench(brdf)
     corner = np.float32(1) - np.float32(2**-24)
     corners = np.array([[0, 0], [0, corner], [corner, 0], [corner, corner], [0.5, 0]])
-    xi = np.concatenate([corners, uniform_pairs(200, seed=5)])
+    xi, around = np.concatenate([corners, uniform_pairs(200, seed=5)]), directions_everywhere(500)
     for which, w_o, n, what in bench.cases():
         horizon, mirrored = viewer(n, 0.0), 2 * (n @ w_o) * n - w_o
         special = np.array([n, -n, w_o, -w_o, mirrored, -mirrored, horizon, -horizon, viewer(n, 1e-7)])
@@ -207,11 +213,15 @@ def check_values_are_finite(brdf):
         for viewed in (w_o, horizon, viewer(n, -0.05)):
             sampled = bench.sample(which, viewed, n, xi)
             assert np.isfinite(sampled).all(), f"{what}: sample returns {sampled[~np.isfinite(sampled).all(axis=1)][0]}"
-            f, pdf, _ = bench.values(which, viewed, n, np.concatenate([special, sampled, directions_everywhere(500)]))
+            f, pdf, _ = bench.values(which, viewed, n, np.concatenate([special, sampled, around]))
             _, _, weight = bench.values(which, viewed, n, sampled)
-            for name, value in (("eval", f), ("pdf", pdf), ("weight", weight)):
-                wrong = value[~(np.isfinite(value) & (value >= 0))]
-                assert len(wrong) == 0, f"{what}, w_o = {viewed}: {name} is {wrong[0]}"
+            everywhere = np.concatenate([special, sampled, around])
+            for name, value, w_i in (("eval", f, everywhere), ("pdf", pdf, everywhere), ("weight", weight, sampled)):
+                is_right = np.isfinite(value) & (value >= 0)
+                if not is_right.all():
+                    k = int(np.argmin(is_right.reshape(len(value), -1).all(axis=1)))
+                    asked = f"{at(n, 'w_o', viewed)}, {at(n, 'w_i', w_i[k])}"
+                    raise AssertionError(f"{what.partition(', n·w_o')[0]}, {asked}: {name} is {value[k]}")
 
 
 def check_reaches_all(brdf):
@@ -228,7 +238,7 @@ def check_reaches_all(brdf):
         f, pdf, _ = bench.values(which, w_o, n, w_i)
         f_cos = f.max(axis=1) * np.maximum(w_i @ n, 0)
         lost = (f_cos > 1e-12 * f_cos.max()) & (pdf == 0)
-        assert not lost.any(), f"{what}: reflects from w_i = {w_i[lost][0]}, but its pdf is 0 there"
+        assert not lost.any(), f"{what}: reflects from {at(n, 'w_i', w_i[lost][0])}, but its pdf is 0 there"
 
 
 def check_reciprocity(brdf):
@@ -241,7 +251,9 @@ def check_reciprocity(brdf):
         w_i = w_i[w_i @ n > 1e-3]
         there, back = bench.values(which, w_o, n, w_i)[0], bench.values(which, w_i, n, np.tile(w_o, (len(w_i), 1)))[0]
         difference = np.abs(there - back) / (np.maximum(there, back) + 1e-2 * there.max() + 1e-12)
-        assert difference.max() < 5 * VALUE_TOLERANCE, f"{what}: f_r is not reciprocal: off by {difference.max():.1e}"
+        k = int(np.argmax(difference.max(axis=1)))
+        told = f"{what}, {at(n, 'w_i', w_i[k])}: f_r is not reciprocal: off by {difference.max():.1e}"
+        assert difference.max() < 5 * VALUE_TOLERANCE, told
 
 
 def check_delta(brdf):

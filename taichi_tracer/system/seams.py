@@ -79,8 +79,7 @@ def replaced(part) -> tuple[str, ...]:
             try:
                 check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
             except OwnCodeError as error:
-                owner = part if name in own else next(base for base in cls.__mro__ if name in vars(base))
-                setattr(owner, name, Unfinished(function, error))
+                setattr(part if name in own else cls, name, Unfinished(function, error))
     for listen in LISTENERS:
         listen(part, names)
     return names

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
+from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, Verdict
 
 WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
@@ -58,7 +58,7 @@ def lines_of(name: str, points: float, verdict: Verdict, seconds: float) -> list
     """What a terminal shows of one part, which is worth so many points: the verdict, with the first wrong numbers."""
     head = f"  {verdict.status:<12}{name:<36}{points * verdict.share:>5.3g} of {points:<4g}"
     lines = [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s"]
-    if verdict.status == RIGHT:
+    if verdict.status == RIGHT or not verdict.message:
         return lines
     lines.append(f"      {verdict.message}")
     for whose, values in verdict.first_wrong.items():
@@ -75,6 +75,8 @@ def box(name: str, facts: str, verdict: Verdict, found: Sequence[str] = (), hint
     """
     status, message, first_wrong, pictures = verdict.status, verdict.message, verdict.first_wrong, verdict.pictures
     head = f"<span class='{kind_of(status)}'>{html.escape(status)}</span> <code>{html.escape(name)}</code>"
+    if status == CRASHED and not message:
+        return f"<p>{head}, {html.escape(facts)}: for the same reason</p>"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if message:
         lines.append(page.paragraph(message))

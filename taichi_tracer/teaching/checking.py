@@ -248,7 +248,11 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     inputs = assignment.inputs(part, seed)
     found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
     if found.status != OK:
-        result = CheckedPart(part, verdict_without_answer(found), (), found.seconds)
+        verdict = verdict_without_answer(found)
+        if verdict.message in student.told and found.line:
+            verdict = replace(verdict, message="")  # what is wrong with a file is said once
+        student.told.add(verdict.message)
+        result = CheckedPart(part, verdict, (), found.seconds)
         watch(result.lines())
         return result
     right = kept_expected(assignment, part, inputs)

@@ -4,6 +4,7 @@ import html
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import boxes
-from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
+from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import GradingSettings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark, most_points
 from taichi_tracer.teaching.similar import Group
@@ -89,7 +90,11 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
     if notes:
         parts.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in notes) + "</ul>")
     parts.append(overview(mark))
-    parts += [part_box(part, pictures.get(part.name, {})) for part in mark.parts if part.status != RIGHT]
+    told: set[str] = set()
+    for part in (part for part in mark.parts if part.status != RIGHT):
+        is_told = part.status == CRASHED and part.message in told
+        told.add(part.message)
+        parts.append(part_box(replace(part, message="") if is_told else part, pictures.get(part.name, {})))
     if mark.printed.strip():
         parts.append(f"<h2>What it printed</h2><pre>{html.escape(mark.printed)}</pre>")
     parts.append(page.paragraph(f"Walls around the submission: {mark.level}.", "note"))

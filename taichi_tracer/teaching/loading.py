@@ -52,6 +52,7 @@ class Loaded:
         failed: class that only optional parts need → why its file could not be run.
         modules: name → module, of the files that were run.
         order: of a solution, the names of its parts, see ``outline.in_order``.
+        told: what a check has said of parts that gave no answer.
     """
 
     classes: dict[str, type]
@@ -63,6 +64,7 @@ class Loaded:
     failed: dict[str, Answer] = field(default_factory=dict)
     modules: dict[str, types.ModuleType] = field(default_factory=dict)
     order: tuple[str, ...] = ()
+    told: set[str] = field(default_factory=set)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
@@ -196,14 +198,14 @@ def crash(error: BaseException, folder: Path | None) -> Answer:
     else:
         file, line = place_of(error, folder)
         told = f"{type(error).__name__}: {one_line(error)}"
-    where = f"line {line} of {file}: " if line else ""
+    where = f"{file}:{line}: " if line else ""
     return Answer(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
 
 
 def one_line(error: BaseException) -> str:
     """The last line of a message: Taichi puts what is wrong there, after the lines of the source."""
     if isinstance(error, SyntaxError) and "\n" not in error.msg:
-        return error.msg
+        return f"{error.msg}: {error.text.strip()}" if error.text else error.msg
     lines = [line.strip() for line in str(error).splitlines() if line.strip(" ^~")]
     last = lines[-1] if lines else ""
     return last.removeprefix("[").strip() if last.count("[") > last.count("]") else last

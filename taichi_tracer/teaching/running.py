@@ -16,6 +16,7 @@ import taichi as ti
 
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import wing
@@ -117,6 +118,8 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 told = f"the package's {base.__name__} has a value of the name {name}: give your method another one"
                 return Answer(CRASHED, message=told)
             subject = class_under_test(cls, part, solution)
+            right = vars(solution.classes.get(part.replaces, object)).get(part.method)
+            rules.check_whole(part.name, method, subject, right)
         with (
             reproducible_random(),
             without_the_packages(subject, part),

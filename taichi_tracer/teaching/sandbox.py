@@ -31,7 +31,7 @@ PACKAGE = Path(taichi_tracer.__file__).resolve().parent
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the submission
 SECONDS_TO_END = 5.0  # that the keeper has to end everything, before it is ended itself
 CHUNK = 1 << 16  # bytes that are read at a time
-LIBRARIES = ("taichi", "numpy", "PIL", "trimesh", "tqdm")
+LIBRARIES = ("taichi", "numpy", "PIL", "trimesh", "tqdm", "mapbox_earcut")
 KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
 
 

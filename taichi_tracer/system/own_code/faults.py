@@ -39,6 +39,17 @@ MEANINGS = {
     r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
     r"Parameter `(\w+)` missing": "a function is called without its argument {0}",
 }
+# A member of a struct → what it may be called instead.
+ALSO = {
+    "distance": "t dist depth",
+    "barycentric_coords": "u v uv w bary barycentric barycentrics",
+    "triangle_id": "id index triangle",
+    "normal": "n",
+    "is_hit": "hit valid",
+    "material_id": "material mat",
+    "origin": "o org",
+    "direction": "d dir",
+}
 NODES = {"Try": "try", "With": "with", "Global": "global", "Import": "import", "ClassDef": "class", "Yield": "yield"}
 
 
@@ -77,7 +88,7 @@ def meaning(root: BaseException, text: str, file: str, line: int) -> str:
         text: what Taichi tells. file, line: the innermost place in somebody's own code.
     """
     if isinstance(root, AttributeError) and root.name:
-        return lacking(root.obj, root.name)
+        return lacking(root.obj, root.name, linecache.getline(file, line))
     last = text.strip().splitlines()[-1].strip().rstrip(".")
     if unknown := re.match(r'Name "(\w+)" is not defined', last):
         return unknown_name(unknown[1], file, line)
@@ -91,12 +102,19 @@ def meaning(root: BaseException, text: str, file: str, line: int) -> str:
     return last
 
 
-def lacking(of: Any, name: str) -> str:
-    """The text for an attribute that an object does not have."""
+def lacking(of: Any, name: str, text: str) -> str:
+    """The text for an attribute that an object does not have.
+
+    Args:
+        text: of the line.
+    """
     known = list(of.keys) if isinstance(of, Struct) else [n for n in dir(of) if not n.startswith("_")]
-    near = nearest(name, known)
+    meant = [member for member, words in ALSO.items() if member in known and name.lower() in words.split()]
+    near = meant[0] if meant else nearest(name, known)
     guess = f": did you mean {near!r}?" if near else ""
     if isinstance(of, Struct):
+        if meant and (found := re.search(rf"([\w.]+)\.{name}\b", text)):
+            guess = f": write {found[1]}.{near}."
         return f"the struct has no member {name!r}{guess or '.'} It has {', '.join(known)}"
     what = f"module {of.__name__}" if hasattr(of, "__path__") or type(of).__name__ == "module" else type(of).__name__
     if what == "Expr":

@@ -23,7 +23,6 @@ from taichi_tracer.system.own_code.source import (
     parameters,
     place,
     plain,
-    tree_of,
     what_it_says,
 )
 
@@ -125,6 +124,8 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
     what = plain(function).__qualname__.split("<locals>.")[-1]
     if gives and is_plain_python(function):
         raise fault(function, f"{what} runs in kernels: write @ti.func above it")
+    if is_kernel(function):
+        rules.check(function, owner)
     if not hasattr(plain(shipped), "__code__") or is_kernel(function):
         return  # a kernel may write a field instead
     check_parameters(what, function, shipped)
@@ -140,6 +141,7 @@ def check_parameters(what: str, function: Callable, shipped: Callable) -> None:
     given, wanted = parameters(function), parameters(shipped)
     if any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in given):
         return
+    rules.check_self(what, function, shipped)
     names, known = [p.name for p in given], [p.name for p in wanted]
     needed = [p.name for p in wanted if p.name not in DRAWN and p.default is p.empty]
     least = [p.name for p in given if p.default is p.empty]
@@ -149,12 +151,6 @@ def check_parameters(what: str, function: Callable, shipped: Callable) -> None:
         raise wrong_call(what, function, f"it takes only {word(names) or 'self'}", known)
     if len(names) == len(known) and names != known and sorted(names) == sorted(known):
         raise wrong_call(what, function, f"its arguments stand in another order, {word(names)}", known)
-    has_self = "self" in inspect.signature(plain(function)).parameters
-    in_class = "." in plain(function).__qualname__.split("<locals>.")[-1]
-    tree = tree_of(function)
-    is_static = tree is not None and any(getattr(one, "id", "") == "staticmethod" for one in tree.decorator_list)
-    if in_class and not has_self and not is_static and names == known:
-        raise wrong_call(what, function, "its first argument must be self", known)
 
 
 def wrong_call(what: str, function: Callable, why: str, known: list[str]) -> OwnCodeError:

@@ -8,11 +8,17 @@ import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
+import taichi.math as tm
+from taichi.lang.field import Field
+
 from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, place, plain, tree_of
 
 ONCE = {"random", "numpy.random", "time", "secrets"}  # modules whose functions run once, when a kernel is compiled
+COMPUTES = (ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Return, ast.Attribute)
+SILENT = {"print", "ti.static_print", "ti.static_assert"}  # what changes nothing
 GROWS = {"append", "extend", "insert", "pop", "remove"}  # methods of Python's lists
 SIZES = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)  # comparisons that only the kernel can make of its numbers
 
@@ -30,6 +36,19 @@ def check(function: Callable, owner: type) -> None:
         one.check_lists()
         one.note_divisions()
         WATCH.is_wanted |= one.has_index()
+
+
+def check_fields(function: Callable, of: Any) -> None:
+    """Raise an OwnCodeError if a method computes with a field of its object that has one element, without [None]."""
+    tree = tree_of(function) if is_own(function) and not isinstance(of, (int, float)) else None
+    for node in ast.walk(tree) if tree is not None and tree.args.args[:1] else ():
+        for used in ast.iter_child_nodes(node) if isinstance(node, COMPUTES) else ():
+            if isinstance(used, ast.Attribute) and getattr(used.value, "id", "") == "self":
+                field = getattr(of, used.attr, None)
+                is_read = not isinstance(node, ast.Attribute) or not hasattr(field, node.attr)
+                is_read &= not isinstance(node, ast.Call) or ast.unparse(node.func).startswith(("tm.", "ti."))
+                if isinstance(field, Field) and field.shape == () and is_read:
+                    raise fault(function, f"write self.{used.attr}[None]", used)
 
 
 def reachable(function: Callable, owner: type) -> Iterator["Own"]:
@@ -51,19 +70,52 @@ def runs_once(function: Any) -> bool:
     return any(home in ONCE or str(home).startswith("numpy.random") for home in homes)
 
 
+def check_whole(what: str, function: Any, owner: type, right: Any = None) -> None:
+    """Raise an OwnCodeError if a method of kernels has no ``self``, returns nothing and changes nothing, or is wrong.
+
+    Args:
+        what: its name for messages. owner: as for ``check``. right: a method that is right, if one is known.
+    """
+    if not is_of_taichi(function):
+        return
+    if right is not None:
+        check_self(what, function, right)
+    if local_stores(function) is not None:
+        raise fault(function, f"{what} has no return with a value")
+    check(function, owner)
+
+
+def check_self(what: str, function: Callable, right: Callable) -> None:
+    """Raise an OwnCodeError if a method lacks the parameter ``self``."""
+    tree, given = tree_of(plain(function)), list(inspect.signature(plain(function)).parameters)
+    known = list(inspect.signature(plain(right)).parameters)
+    in_class = "." in plain(function).__qualname__.split("<locals>.")[-1]
+    is_static = tree is not None and any(getattr(one, "id", "") == "staticmethod" for one in tree.decorator_list)
+    is_renamed = len(given) >= len(known) and given[:1] != known[1:2]
+    if in_class and not is_static and known[:1] == ["self"] and "self" not in given and not is_renamed:
+        raise fault(
+            function, f"{what} has no self: write def {plain(function).__name__}({', '.join(['self', *given])})"
+        )
+
+
+def local_stores(function: Any) -> set[str] | None:
+    """The names to which a function gives values, if it returns nothing and changes nothing else; otherwise None."""
+    tree = tree_of(plain(function))
+    if tree is None or not gives_nothing(function):
+        return None
+    nodes = [node for statement in tree.body for node in ast.walk(statement)]
+    stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
+    roots = {root_of(node) for node in stored}
+    own = {a.arg for a in tree.args.args if a.annotation is None and a.arg != "self"}
+    own |= {node.id for node in stored if isinstance(node, ast.Name)}
+    calls = [node.value for node in nodes if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)]
+    return roots if roots <= own and all(ast.unparse(call.func) in SILENT for call in calls) else None
+
+
 def changed_copies(function: Any) -> list[str]:
     """The arguments to which a function that returns nothing gives values, if it changes nothing else."""
     tree = tree_of(plain(function))
-    if tree is None or not gives_nothing(function):
-        return []
-    copied = [a.arg for a in tree.args.args if a.annotation is None and a.arg != "self"]
-    nodes = [node for statement in tree.body for node in ast.walk(statement)]
-    stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
-    roots = [root_of(node) for node in stored]
-    locals_too = {node.id for node in stored if isinstance(node, ast.Name)}
-    has_calls = any(isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) for node in nodes)
-    is_local = all(name in copied or name in locals_too for name in roots)
-    return sorted(set(roots) & set(copied)) if is_local and not has_calls else []
+    return sorted((local_stores(function) or set()) & {a.arg for a in tree.args.args}) if tree is not None else []
 
 
 def compares(node: ast.AST, function: ast.FunctionDef) -> bool:
@@ -149,6 +201,7 @@ class Own:
             warnings.warn(
                 f"{place(self.function, node)}: {name} runs once, while the kernel is compiled: {advice}", stacklevel=2
             )
+        self.check_numpy(node, name)
         if function is None or not is_own(function) or tree_of(plain(function)) is None:
             return
         if is_of_taichi(function):
@@ -161,6 +214,20 @@ class Own:
                 warnings.warn(f"{place(self.function, node)}: {text}", stacklevel=2)
         elif inspect.isfunction(function) and self.needs_func(node, function):
             raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
+
+    def check_numpy(self, node: ast.Call, name: str) -> None:
+        """A function of numpy that gets a value of ``self`` or of a parameter."""
+        home = self.names.get(root_of(node.func))
+        values = {"self", *(a.arg for a in self.tree.args.args if a.annotation is None)}
+        given = [one for argument in node.args for one in ast.walk(argument) if root_of(one) in values]
+        in_kernel = any(ast.unparse(one).endswith(("func", "kernel")) for one in self.tree.decorator_list)
+        if home is not np or not given or not in_kernel or self.is_static(node):
+            return
+        text, last = ast.unparse(node.args[0]), name.rpartition(".")[2]
+        is_value = isinstance(node.args[0], ast.Attribute) and text.startswith("self.")
+        advice = f"use tm.{last}" if hasattr(tm, last) else "use what taichi.math has"
+        advice = f"use {text}{'[None]' * is_value}" if last in ("array", "asarray") else advice
+        raise self.fails(node, f"{name} is a function of Python, and this runs in a kernel: {advice}")
 
     def needs_func(self, node: ast.Call, function: Callable) -> bool:
         """Whether a plain function decides something by values that only the kernel knows."""

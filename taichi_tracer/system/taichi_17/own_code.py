@@ -10,7 +10,7 @@ from taichi.lang import impl
 from taichi.lang.exception import TaichiTypeError
 from taichi.lang.expr import Expr
 
-from taichi_tracer.system.own_code import faults, kinds
+from taichi_tracer.system.own_code import faults, kinds, rules
 from taichi_tracer.system.own_code.source import is_own_file, told_place
 
 
@@ -19,6 +19,8 @@ def looking(call: Callable) -> Callable:
 
     @functools.wraps(call)
     def looked(self: Any, *arguments: Any, **options: Any) -> Any:
+        if arguments and impl.inside_kernel():
+            rules.check_fields(self.func, arguments[0])
         value = call(self, *arguments, **options)
         if impl.inside_kernel():
             kinds.look(self.func, value)
@@ -58,6 +60,22 @@ def assigning(assign: Callable) -> Callable:
         return assign(of, value, *operation)
 
     return assigned
+
+
+def multiplying(multiply: Callable) -> Callable:
+    """``TaichiOperations.__mul__``, which multiplies the rows of a matrix by the elements of a vector."""
+
+    @functools.wraps(multiply)
+    def multiplied(of: Any, other: Any) -> Any:
+        shapes = sorted(len(kinds.shape_of(one) or ()) for one in (of, other))
+        found = (
+            impl.inside_kernel() and shapes == [1, 2] and faults.PLACE.match(impl.get_runtime().get_current_src_info())
+        )
+        if found and is_own_file(found[1]):
+            raise TaichiTypeError("* does not multiply a matrix and a vector: use M @ v")
+        return multiply(of, other)
+
+    return multiplied
 
 
 def note_cut(of: Any, value: Any) -> None:

@@ -145,6 +145,7 @@ PATCHES = (
         {
             "taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "own_code:looking"),
             "taichi._lib:core.Program.create_kernel": (COMPILED, "own_code:telling"),
+            "taichi.lang.common_ops:TaichiOperations.__mul__": ("self other", "own_code:multiplying"),
             "taichi.lang.common_ops:TaichiOperations._assign": ("self other", "own_code:assigning"),
             "taichi.lang.common_ops:TaichiOperations._augassign": ("self x op", "own_code:assigning"),
         },
