@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.fonts import font_of
-from taichi_tracer.teaching.stubs import is_stub, plain
+from taichi_tracer.system.own_code.source import plain
+from taichi_tracer.teaching.stubs import is_stub
 
 DARK, LIGHT = 70, 100  # the two greys, of 255
 SQUARES = 8  # along the shorter side

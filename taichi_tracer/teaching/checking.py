@@ -11,13 +11,13 @@ from typing import Any
 from taichi_tracer.files import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.own_code.source import plain
 from taichi_tracer.teaching import boxes, catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.loading import OK, Answer, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
 from taichi_tracer.teaching.running import answer, has_own_distribution, is_asked
-from taichi_tracer.teaching.stubs import plain
 from taichi_tracer.teaching.telling import Teller, Told, summary
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
@@ -214,9 +214,8 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, part
     if tested <= set(student.classes):
         found += [part for part in chosen(assignment, parts) if part.replaces == ""]
     with warnings.catch_warnings(record=True) as told:  # what stands on stderr costs all points of a cell of nbgrader
-        report = check(assignment, student, found, seed)
-    report.notes = list(dict.fromkeys(str(one.message) for one in told))
-    return report
+        results = [check_part(assignment, student, part, seed, lambda lines: None) for part in found]
+    return Report(assignment, results, list(dict.fromkeys(str(one.message) for one in told)))
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
@@ -230,16 +229,6 @@ def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
         if of_package and issubclass(cls, of_package[0]):
             return name
     raise one_of("class", cls.__name__, assignment.classes)
-
-
-def check(
-    assignment: Assignment, student: Loaded, parts: Sequence[Part], seed: int, watch: Watch | None = None
-) -> Report:
-    """Run and judge some parts, one after the other."""
-    report = Report(assignment)
-    for part in parts:
-        report.results.append(check_part(assignment, student, part, seed, watch or (lambda lines: None)))
-    return report
 
 
 def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> CheckedPart:

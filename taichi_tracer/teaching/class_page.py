@@ -90,11 +90,10 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
     if notes:
         parts.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in notes) + "</ul>")
     parts.append(overview(mark))
-    told: set[str] = set()
-    for part in (part for part in mark.parts if part.status != RIGHT):
-        is_told = part.status == CRASHED and part.message in told
-        told.add(part.message)
-        parts.append(part_box(replace(part, message="") if is_told else part, pictures.get(part.name, {})))
+    said = {part.message: part.name for part in reversed(mark.parts) if part.status == CRASHED}  # by which part first
+    wrong = [part for part in mark.parts if part.status != RIGHT]
+    once = [part if said.get(part.message, part.name) == part.name else replace(part, message="") for part in wrong]
+    parts += [part_box(part, pictures.get(part.name, {})) for part in once]
     if mark.printed.strip():
         parts.append(f"<h2>What it printed</h2><pre>{html.escape(mark.printed)}</pre>")
     parts.append(page.paragraph(f"Walls around the submission: {mark.level}.", "note"))

@@ -153,16 +153,7 @@ def packages() -> list[str]:
     try:
         needed = importlib.metadata.requires("taichi_tracer") or []
     except importlib.metadata.PackageNotFoundError:
-        needed = [
-            "taichi>=1.7.3,<1.8",
-            "numpy",
-            "trimesh",
-            "Pillow",
-            "tqdm",
-            "matplotlib",
-            "flip-evaluator",
-            "mapbox-earcut",
-        ]
+        needed = ["taichi>=1.7.3,<1.8", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "mapbox-earcut"]
     return [package for package in needed if "extra ==" not in package]
 
 

@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.own_code.source import plain
 from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching.base import CRASHED, MISSING, Arrays, Assignment, Part
 from taichi_tracer.teaching.outline import in_order
 from taichi_tracer.teaching.reading import module_of
-from taichi_tracer.teaching.stubs import is_stub, plain
+from taichi_tracer.teaching.stubs import is_stub
 
 OK = "ok"
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows

@@ -18,13 +18,14 @@ from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.bounds import WATCH
+from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import wing
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
 from taichi_tracer.teaching.loading import OK, Answer, Loaded, crash, is_method, solution_of
 from taichi_tracer.teaching.reading import taken_name
-from taichi_tracer.teaching.stubs import is_empty, is_placeholder, is_stub, line_of_mark
+from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark
 
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
 NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"

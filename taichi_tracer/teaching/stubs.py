@@ -2,6 +2,7 @@
 
 import dis
 
+from taichi_tracer.system.own_code.source import plain
 from taichi_tracer.system.seams import in_kernels, written
 
 MARK = "not_written"  # the name of the function, as it stands in the code of a stub
@@ -28,15 +29,6 @@ def is_stub(method: object) -> bool:
     return MARK in names or OF_GRADERS in names
 
 
-def is_empty(method: object) -> bool:
-    """Whether a method does nothing: its body is ``pass``, or ``return``, or ``return None``, or only a docstring."""
-    code = getattr(plain(method), "__code__", None)
-    steps = [one for one in dis.get_instructions(code) if one.opname not in ("RESUME", "NOP")] if code else []
-    kinds = {one.opname for one in steps}
-    gives = {one.argval for one in steps if one.opname in ("LOAD_CONST", "RETURN_CONST")}
-    return gives == {None} and kinds <= {"LOAD_CONST", "RETURN_VALUE", "RETURN_CONST"}
-
-
 def line_of_mark(method: object) -> int:
     """The line in which a method calls ``not_written``; 0 if it does not."""
     line = 0
@@ -49,14 +41,6 @@ def line_of_mark(method: object) -> int:
         if instruction.argval in (MARK, OF_GRADERS):
             return line
     return 0
-
-
-def plain(method: object) -> object:
-    """The Python function that a student wrote, without the decorators around it."""
-    function = getattr(method, "__func__", method)
-    while hasattr(function, "__wrapped__"):
-        function = function.__wrapped__
-    return function
 
 
 def is_placeholder(cls: type, name: str) -> bool:

@@ -27,7 +27,7 @@ def test_a_part_that_ends_the_process_costs_itself_alone(tmp_path, assignment, c
     assert main(asked) == 1
     out = capfd.readouterr().out
     assert out.count("# Sums") <= 1
-    assert "line 4 of sums.py: the process ended (exit code 3)" in out
+    assert "sums.py:4: the process ended (exit code 3)" in out
     assert "1 of 3 parts are right: 5" in out
     page = (tmp_path / "mine" / "check.html").read_text()
     assert [name in page for name in ("Sums.add", "Sums.subtract", "Sums.multiply")] == [True] * 3

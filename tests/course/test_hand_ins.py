@@ -176,7 +176,7 @@ def test_a_method_that_is_missing_is_one_line(tmp_path):
 
 def test_a_file_that_cannot_be_run_leaves_the_others(tmp_path):
     found = marks(hand_in(tmp_path, {"camera.py": [("import Ray", "import Raay")]}), "a1")
-    assert "line 5 of camera.py: ImportError" in found["Camera.generate_ray"].message
+    assert "camera.py:5: ImportError" in found["Camera.generate_ray"].message
     assert found["RayIntersector.intersect_triangle"].status == RIGHT
 
 

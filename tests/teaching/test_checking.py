@@ -56,7 +56,7 @@ def test_an_index_beyond_a_field_has_its_line(solved):
     (result,) = check_folder(solved, ["intersect_triangle"]).results
     assert result.verdict.status == "crashed"
     line = 1 + next(i for i, text in enumerate(lines) if "10**8" in text)
-    assert f"line {line} of ray_intersector.py: index 100000000 is beyond the field" in result.verdict.message
+    assert f"ray_intersector.py:{line}: index 100000000 is beyond the field" in result.verdict.message
 
 
 def test_a_crash_has_its_line(solved):
@@ -67,8 +67,8 @@ def test_a_crash_has_its_line(solved):
     report = check_folder(solved, ["generate_camera_coords", "compute_matrix", "intersect_triangle", "query_ray"])
     coords, matrix, triangle, nearest = (result.verdict for result in report.results)
     assert (coords.status, matrix.status, triangle.status, nearest.status) == ("crashed", "crashed", "crashed", "right")
-    assert f"line {1 + next(i for i, line in enumerate(lines) if 'tangent(' in line)} of camera.py" in coords.message
-    assert f"line {1 + next(i for i, line in enumerate(lines) if 'crosss' in line)} of camera.py" in matrix.message
+    assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'tangent(' in line)}: " in coords.message
+    assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'crosss' in line)}: " in matrix.message
     assert "crosss" in matrix.message
     assert "of ray_intersector.py" in triangle.message
     assert "v9" in triangle.message
