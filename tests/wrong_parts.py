@@ -95,7 +95,7 @@ WRONG = {
         brdf(sample=method("sample(self, material, n, w_o, xi)", "return n")),
         r"its arguments stand in another order, material, n, w_o, xi",
     ),
-    "no self": (view("return abs(hit.normal)", signature="color(hit)"), r"its first argument must be self"),
+    "no self": (view("return abs(hit.normal)", signature="color(hit)"), r"color has no self"),
     "no @ti.func": (view("return abs(hit.normal)", decorator=""), r"Mine.color runs in kernels: write @ti.func above"),
     "no @ti.func, and an if": (
         brdf(pdf=method("pdf(self, material, w_o, w_i, n)", *WITH_IF, decorator="")),
@@ -174,7 +174,7 @@ WRONG = {
     ),
     "a member of a ray": (
         intersector("hit = tt.HitData()", "hit.distance = ray.dir.x  # here", "return hit"),
-        r"'direction'",
+        r"write ray.direction",
     ),
     "an attribute of self": (
         view("return hit.normal * self.scal  # here", members=["    scale = 0.5\n"]),

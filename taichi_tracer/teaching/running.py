@@ -115,9 +115,8 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 return Answer(NOT_WRITTEN, message="it does nothing, and returns nothing")
             own = {name for name, value in vars(cls).items() if is_method(name, value)}
             if taken := taken_name(cls, own):
-                name, base = taken
-                told = f"the package's {base.__name__} has a value of the name {name}: give your method another one"
-                return Answer(CRASHED, message=told)
+                told = f"the package's {taken[1].__name__} has a value of the name {taken[0]}"
+                return Answer(CRASHED, message=f"{told}: give your method another one")
             subject = class_under_test(cls, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             rules.check_whole(part.name, method, subject, right)

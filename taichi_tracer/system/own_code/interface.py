@@ -39,7 +39,8 @@ def check_class(cls: type, required: tuple[str, ...], file: str = "") -> None:
     if is_packages(cls):
         return
     for name in required:
-        function = inspect.getattr_static(cls, name)
+        found = inspect.getattr_static(cls, name)
+        function = getattr(found, "written", found)
         if not is_own(function) and is_left_open(function):
             own = own_names(cls)
             near = difflib.get_close_matches(name, own, n=1, cutoff=0.6)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import taichi as ti
 import taichi.math as tm
 from taichi.lang.field import Field
 
@@ -105,7 +106,7 @@ def local_stores(function: Any) -> set[str] | None:
         return None
     nodes = [node for statement in tree.body for node in ast.walk(statement)]
     stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
-    roots = {root_of(node) for node in stored}
+    roots = {root_of(node) for node in stored if not isinstance(node, (ast.Tuple, ast.List, ast.Starred))}
     own = {a.arg for a in tree.args.args if a.annotation is None and a.arg != "self"}
     own |= {node.id for node in stored if isinstance(node, ast.Name)}
     calls = [node.value for node in nodes if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)]
@@ -221,7 +222,7 @@ class Own:
         values = {"self", *(a.arg for a in self.tree.args.args if a.annotation is None)}
         given = [one for argument in node.args for one in ast.walk(argument) if root_of(one) in values]
         in_kernel = any(ast.unparse(one).endswith(("func", "kernel")) for one in self.tree.decorator_list)
-        if home is not np or not given or not in_kernel or self.is_static(node):
+        if home is not np or hasattr(ti, name.rpartition(".")[2]) or not given or not in_kernel or self.is_static(node):
             return
         text, last = ast.unparse(node.args[0]), name.rpartition(".")[2]
         is_value = isinstance(node.args[0], ast.Attribute) and text.startswith("self.")
