@@ -55,7 +55,7 @@ def pressed(view, label=None, **slides):
 
 
 VIEWS = ["Hit", "Triangle ID", "Distance", "Barycentric", "Normal", "Material ID"]
-ESTIMATORS = ["Uniform sphere", "Uniform hemisphere", "BRDF", "Lights", "MIS, power", "MIS, balance"]
+ESTIMATORS = ["Uniform sphere", "Uniform hemisphere", "BRDF", "Microfacets", "Lights", "MIS, power", "MIS, balance"]
 ESTIMATORS += ["MIS, one sample"]
 PATHS = ["Paths, implicit", "Paths, explicit", "Paths, MIS"]
 ALWAYS = ["fov", "x speed"]  # sliders of every picture with a perspective camera

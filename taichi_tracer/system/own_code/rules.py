@@ -72,18 +72,17 @@ def runs_once(function: Any) -> bool:
 
 
 def check_whole(what: str, function: Any, owner: type, right: Any = None) -> None:
-    """Raise an OwnCodeError if a method of kernels has no ``self``, returns nothing and changes nothing, or is wrong.
+    """Raise an OwnCodeError if a method has no ``self``, returns nothing and changes nothing, or is wrong in kernels.
 
     Args:
         what: its name for messages. owner: as for ``check``. right: a method that is right, if one is known.
     """
-    if not is_of_taichi(function):
-        return
     if right is not None:
         check_self(what, function, right)
     if local_stores(function) is not None:
         raise fault(function, f"{what} has no return with a value")
-    check(function, owner)
+    if is_of_taichi(function):
+        check(function, owner)
 
 
 def check_self(what: str, function: Callable, right: Callable) -> None:
@@ -109,6 +108,11 @@ def local_stores(function: Any) -> set[str] | None:
     roots = {root_of(node) for node in stored if not isinstance(node, (ast.Tuple, ast.List, ast.Starred))}
     own = {a.arg for a in tree.args.args if a.annotation is None and a.arg != "self"}
     own |= {node.id for node in stored if isinstance(node, ast.Name)}
+    within = {root_of(node) for node in stored if isinstance(node, (ast.Attribute, ast.Subscript))}
+    given = [node for node in nodes if isinstance(node, ast.Assign) and root_of(node.value) == "self"]
+    shared = {node.targets[0].id for node in given if isinstance(node.targets[0], ast.Name)}
+    shared |= set() if is_of_taichi(function) else {a.arg for a in tree.args.args}
+    own -= within & shared  # such as cdf in ``cdf = self.cdf``
     calls = [node.value for node in nodes if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)]
     return roots if roots <= own and all(ast.unparse(call.func) in SILENT for call in calls) else None
 
