@@ -14,13 +14,14 @@ if DEBUG:  # bounds are what is tested
 
 
 def every(kind, only=lambda part: True, alike=()):
-    """A decorator: runs the test with ``part`` set to each registered part of a kind, named by its name.
+    """A decorator: runs the test with ``part`` set to each part of the package of a kind, named by its name.
 
     Args:
         only: which parts of the kind.
         alike: names of parts that share most of their code with another: they are left out.
     """
-    parts = [part for part in PARTS.all(kind) if only(part) and part.name not in alike]
+    packages = [part for part in PARTS.all(kind) if type(part).__module__.startswith("taichi_tracer.")]  # not of a test
+    parts = [part for part in packages if only(part) and part.name not in alike]
     return pytest.mark.parametrize("part", [pytest.param(part, id=part.name) for part in parts])
 
 

@@ -70,7 +70,7 @@ def test_a_crash_has_its_line(solved):
     assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'tangent(' in line)}: " in coords.message
     assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'crosss' in line)}: " in matrix.message
     assert "crosss" in matrix.message
-    assert "of ray_intersector.py" in triangle.message
+    assert triangle.message.startswith("ray_intersector.py:")
     assert "v9" in triangle.message
 
 
