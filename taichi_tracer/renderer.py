@@ -151,7 +151,7 @@ def light_if_dark(scene_data: SceneData) -> None:
         if scene_data.is_light_open:
             scene_data.set_environment(USUAL_LIGHT)
             advice = f"the environment {USUAL_LIGHT!r} lights it; environment=None leaves it dark"
-        warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=5)
+        warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=6)
 
 
 @register

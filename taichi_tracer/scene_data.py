@@ -99,7 +99,7 @@ class SceneData(KnownAttributes):
         mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
         if mesh.dropped > 0:
-            warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
+            warnings.warn(mesh.notes[-1], stacklevel=4)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
         self.shots: tuple = ()
         self.lights_of_file = len(mesh.lights)

@@ -88,7 +88,8 @@ def own_parts(files: tuple[str, ...]) -> list[str]:
 def material_table(scene: SceneData) -> list[str]:
     """One line per material id: Kd, Ns, Ke; the roughness and F0 of microfacets; parameters of your own BRDFs."""
     library = scene.material_library
-    own = [name for name in library.members if name not in BUILT_IN]
+    given = {name for m in scene.materials for name in m.extra}
+    own = [name for name in library.members if name not in BUILT_IN and name.lower() in given]
     rough = ["alpha_x", "alpha_y", "F0"] if any(m.is_rough for m in scene.materials) else []
     rows = [("id", "name", "Kd", "Ns", "Ke", *rough, *own)]
     for i, m in enumerate(scene.materials):

@@ -76,6 +76,9 @@ class Split:
 # ── what the page is told ──
 
 
+MEASURING = "measuring …"
+
+
 class Told(NamedTuple):
     """An error in words, and the samples per pixel of the picture that had it."""
 
@@ -83,7 +86,9 @@ class Told(NamedTuple):
     samples: int
 
     def beside(self, samples: int) -> str:
-        """The error beside a number of samples: its own is told where it is another one."""
+        """The error beside a number of samples, with its own where that is another one; not of a much noisier picture."""
+        if 2 * self.samples < samples:
+            return MEASURING
         return self.error if self.samples == samples else f"{self.error} at {self.samples}"
 
 

@@ -25,33 +25,32 @@ def test_rays_may_have_any_shape():
         scene.intersect(np.zeros((2, 5, 3)), np.zeros((3, 3)))
 
 
-@tt.register
-class Rough(tt.Brdf):
-    """A BRDF with a value of its own."""
-
-    name, parameters = "rough_of_a_test", {"sigma_of_a_test": 0.5}
-
-    def describes(self, material, dtype):
-        """Materials with this value."""
-        return "sigma_of_a_test" in material.extra
-
-    @ti.func
-    def eval(self, material, w_o, w_i, n):
-        """A constant."""
-        return material.Kd * material.sigma_of_a_test
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        """The density of ``sample``."""
-        return tm.max(0.0, tm.dot(n, w_i)) / tm.pi
-
-    @ti.func
-    def sample(self, material, w_o, n, xi):
-        """Near the normal."""
-        return n
-
-
 def test_a_material_takes_the_values_of_registered_brdfs():
+    @tt.register
+    class Rough(tt.Brdf):
+        """A BRDF with a value of its own."""
+
+        name, parameters = "rough_of_a_test", {"sigma_of_a_test": 0.5}
+
+        def describes(self, material, dtype):
+            """Materials with this value."""
+            return "sigma_of_a_test" in material.extra
+
+        @ti.func
+        def eval(self, material, w_o, w_i, n):
+            """A constant."""
+            return material.Kd * material.sigma_of_a_test
+
+        @ti.func
+        def pdf(self, material, w_o, w_i, n):
+            """The density of ``sample``."""
+            return tm.max(0.0, tm.dot(n, w_i)) / tm.pi
+
+        @ti.func
+        def sample(self, material, w_o, n, xi):
+            """Near the normal."""
+            return n
+
     material = tt.Material(Kd=(0.1, 0.2, 0.3), sigma_of_a_test=0.0)
     assert material.extra == {"sigma_of_a_test": (0.0,)}
     assert material == tt.Material(Kd=(0.1, 0.2, 0.3), extra={"sigma_of_a_test": 0.0})

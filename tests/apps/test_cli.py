@@ -347,7 +347,6 @@ BAD_WORDS = {
 }
 
 BAD_FILES = {
-    "missing MTL": ("mtllib gone.mtl\n" + TRIANGLE + "f 1 2 3\n", ["x.obj:1", "gone.mtl"]),
     "empty mesh": ("# nothing\n", ["x.obj", "no triangles"]),
     "index out of range": (TRIANGLE + "f 1 2 9\n", ["x.obj:4", "9"]),
     "no number": ("v 0 zero 0\n", ["x.obj:1", "zero"]),
@@ -385,9 +384,7 @@ PIPES = {
     "checkpoint": (["render", "cube", "--estimator", "brdf", "--checkpoint", "pipe.k", "-o", "x.png"], ".k"),
     "parts": (["info", "cube", "--parts", "pipe.py"], ".py"),
     "picture": (["compare", "pipe.png", "pipe.png"], ".png"),
-    "material": (["info", "scene.obj"], ".mtl"),
     "include": (["info", "scene.xml"], ".rt3"),
-    "buffer": (["info", "scene.gltf"], ".bin"),
 }
 
 

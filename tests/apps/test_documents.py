@@ -220,14 +220,6 @@ def test_the_programs_name_every_raw_array_with_its_channels():
         assert row.endswith(f"| {', '.join(f'`{name}`' for name in aov.channels)} |")
 
 
-def test_files_that_the_design_names_exist():
-    tree = blocks((ROOT / "docs" / "design.md").read_text(encoding="utf-8"), "")[0]
-    names = re.findall(r"^ *([a-z_]+\.py|[a-z_]+/)(?= |\n)", tree, re.MULTILINE)
-    assert len(names) > 20
-    for name in names:
-        assert (ROOT / name).exists() or (ROOT / "taichi_tracer" / name).exists(), name
-
-
 def test_every_block_is_run_or_has_a_reason():
     """A reason that fits nothing is out of date; code without a language is none that anybody could run."""
     everything = code_of_the_pages()
