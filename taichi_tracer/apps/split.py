@@ -86,7 +86,7 @@ class Told(NamedTuple):
     samples: int
 
     def beside(self, samples: int) -> str:
-        """The error beside a number of samples, with its own where that is another one; not of a much noisier picture."""
+        """The error beside a number of samples, with its own where they differ; not that of a much noisier picture."""
         if 2 * self.samples < samples:
             return MEASURING
         return self.error if self.samples == samples else f"{self.error} at {self.samples}"
