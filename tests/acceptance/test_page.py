@@ -49,6 +49,12 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
             seen.append(page.evaluate(PIXELS))
             assert page.evaluate(CLICK.format("Material ID"))
             until(lambda: page.evaluate(PIXELS) not in seen, "a button changes nothing")
+            assert page.evaluate(CLICK.format("Explain a pixel"))
+            for kind in ("mousePressed", "mouseReleased"):
+                place = {"x": left + 48, "y": top + 32, "button": "left", "buttons": 1, "clickCount": 1}
+                page.ask("Input.dispatchMouseEvent", type=kind, **place)
+            told = "document.querySelector('.tt-told').textContent"
+            until(lambda: "generate_ndc_coords" in page.evaluate(told), "no pixel is explained")
             asked = [url for url in page.requests if not url.startswith((address.partition("#")[0], "blob:"))]
             assert asked == []
     finally:

@@ -49,11 +49,14 @@ def test_the_errors_of_a_study_fall(tmp_path, monkeypatch, capsys):
     assert command("accuracy", "cube", *words, "--budget", "60", "--report", "out", "--arch", "cpu") == 0
     (file,) = (tmp_path / "out").glob("*.csv")
     rows = list(csv.DictReader(file.open()))
-    assert {"estimator", "sampler", "spp", "seconds", "rmse"} <= {name.lower() for name in rows[0]}, rows[0].keys()
+    assert {"estimator", "sampler", "seed", "samples", "seconds", "relative_rmse"} <= set(rows[0])
     for estimator in ("uniform", "mis"):
-        found = sorted((int(r["spp"]), float(r["rmse"])) for r in rows if r["estimator"] == estimator)
+        found = {}
+        for row in rows:
+            if row["estimator"] == estimator and row["adaptive"] == "False":
+                found.setdefault(int(row["samples"]), []).append(float(row["relative_rmse"]))
         assert len(found) >= 3
-        assert found[-1][1] < found[0][1] / 2
+        assert np.mean(found[max(found)]) < 0.6 * np.mean(found[min(found)]), estimator
 
 
 @pytest.mark.slow

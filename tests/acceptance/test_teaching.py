@@ -18,17 +18,10 @@ MISTAKES = {
         "Camera.compute_matrix",
     ),
     "the corner of the pixel": ("camera.py", "tm.vec2(0.5, 0.5)", "tm.vec2(0.0, 0.0)", "Camera.generate_ndc_coords"),
-    "degrees": ("camera.py", "tm.radians(self.fov[None])", "self.fov[None]", "Camera.generate_camera_coords"),
     "normals exchanged": (
         "ray_intersector.py",
         "w * n0 + u * n1 + v * n2",
         "u * n0 + v * n1 + w * n2",
-        "RayIntersector.intersect_triangle",
-    ),
-    "ids from 0": (
-        "ray_intersector.py",
-        "hit_data.triangle_id = triangle_id",
-        "hit_data.triangle_id = triangle_id - 1",
         "RayIntersector.intersect_triangle",
     ),
 }
