@@ -6,39 +6,13 @@ import numpy as np
 import pytest
 
 from taichi_tracer.studies import sample_times
-from taichi_tracer.studies.sample_times import RECORD, REPLAY_ALL, Anatomy
+from taichi_tracer.studies.sample_times import Anatomy
 
 SIZE = 24
 
 
 BRUTE = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 FORMS = {"brute force": BRUTE, "hierarchy": {}, "plain form": {"fast": False} | BRUTE}
-
-
-def test_answers_that_are_read_give_the_same_bits(anatomy):
-    renderer = anatomy.renderer
-    wanted = renderer.render().image().copy()
-    renderer.begin_anew()
-    renderer.render()
-    rays = anatomy.count()
-    assert rays.eye == SIZE**2
-    assert 0.5 * rays.eye < rays.shadow < 8 * rays.eye
-    assert 0.5 * rays.eye < rays.others < 8 * rays.eye
-    renderer.begin_anew()
-    renderer.render()
-    anatomy.place(anatomy.columns)
-    anatomy.run(anatomy.columns, RECORD, fills_film=False)
-    anatomy.run(anatomy.columns, REPLAY_ALL)
-    renderer.film.samples += 1
-    assert np.array_equal(renderer.image(), wanted)
-
-
-def test_the_parts_add_up_and_the_picture_begins_again(anatomy):
-    parts = anatomy.measure(budget=10.0)
-    assert parts.share == 1
-    assert parts.film + parts.rays + parts.eye + parts.shading == pytest.approx(max(parts.whole, parts.rays))
-    assert (parts.eye > 0) <= anatomy.traces_eye_rays
-    assert anatomy.renderer.samples == 0 or not anatomy.renderer.is_current()
 
 
 def test_strips_fit_into_memory_and_into_the_budget():
