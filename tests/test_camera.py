@@ -328,14 +328,3 @@ def test_an_assignment_to_a_field_of_the_course_moves_the_camera(f32):
     assert camera.eye.tolist() == camera.eye[None].to_list() == [1, 2, 3]
     camera.fov[None] = 40.0
     assert camera.fov == camera.fov[None] == 40.0
-
-
-def test_a_matrix_that_nobody_makes_is_told(f32):
-    class Empty(tt.Camera):
-        def compute_matrix(self):
-            pass
-
-    with pytest.raises(
-        tt.InputError, match=r"Empty.compute_matrix returns nothing, and sets no camera_to_world\[None\]"
-    ):
-        Empty()
