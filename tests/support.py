@@ -8,12 +8,9 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-import taichi_tracer as tt
 from taichi_tracer.system import arrays, runtime
-from taichi_tracer.system.taichi_17 import patches
 
 ARCH = os.environ.get("TAICHI_TRACER_TESTS_ARCH", "cpu")  # of contract tests and of the course's scripts
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
@@ -27,19 +24,6 @@ def start(precision: str = "f32", **options) -> None:
     wanted = runtime.Settings(ARCH, precision, options.get("fast_math", False))
     if runtime.current() != wanted or options:
         runtime.init(ARCH, precision, force=True, debug=DEBUG, **options)
-
-
-def long_except(values, *quick) -> list:
-    """Those of the values for ``parametrize`` that do not repeat what others check."""
-    return [value for value in values if value in quick]
-
-
-def any_scene(seed: int, **options) -> tt.SceneData:
-    """Triangles at random, another number of them for each seed."""
-    rng = np.random.default_rng(seed)
-    corners = rng.normal(size=(60 + seed, 3))
-    faces = np.array([rng.choice(len(corners), 3, replace=False) for _ in range(120 + seed)])
-    return tt.scene_from_mesh(corners, faces, **{"environment": "studio", **options})
 
 
 def data_file(name: str) -> Path:
@@ -57,12 +41,6 @@ def needs_patch(name: str) -> None:
         pytest.skip(f"patch {name}: {reason}")
 
 
-def needs_lanes() -> None:
-    """Skip the test where samples are not taken tile by tile."""
-    if not runtime.can("lanes"):
-        pytest.skip("no tiles on this backend")
-
-
 def needs_arrays() -> None:
     """Skip the test where fields are Taichi's own, and not in numpy's memory."""
     needs_patch("arguments")
@@ -75,16 +53,4 @@ def without_arrays() -> Iterator[None]:
     """The fields of each ``Memory`` that is made within this context are Taichi's own."""
     with pytest.MonkeyPatch.context() as undo:
         undo.setattr(arrays, "are_possible", lambda: False)
-        yield
-
-
-@contextlib.contextmanager
-def as_taichi_is() -> Iterator[None]:
-    """Taichi with its own names within this context, for what is read and compiled there.
-
-    Classes that the patch ``objects`` has changed stay as they are.
-    """
-    with pytest.MonkeyPatch.context() as undo:
-        for name, original in patches.originals.items():
-            undo.setattr(*patches.place_of(name), original)
         yield

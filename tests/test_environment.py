@@ -9,7 +9,6 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -86,44 +85,6 @@ def test_intensity_and_rotation(rng):
     assert plain.version == version + 2
 
 
-@pytest.mark.parametrize("value", [-1, np.nan, np.inf])
-def test_intensities_and_rotations_that_are_none_are_refused(value):
-    environment = Environment(np.ones((2, 4, 3)))
-    with pytest.raises(tt.InputError, match="intensity must be a finite number of at least 0"):
-        environment.set_intensity(value)
-    if not np.isfinite(value):
-        with pytest.raises(tt.InputError, match="rotation must be a finite number of degrees"):
-            environment.set_rotation(value)
-
-
-@ti.kernel
-def _query(environment: ti.template(), d: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
-    for i in range(d.shape[0]):
-        put(out, i, 0, environment.query_ray(Ray(origin=vec3(d, i, 3), direction=vec3(d, i, 0))))
-        put(out, i, 3, environment.constant_radiance())
-
-
-def test_a_ray_of_any_length_from_anywhere_is_answered_by_its_direction(precision, rng):
-    """The handout's ``query_ray``; and the one colour of an even environment is that of every direction."""
-    start(precision)
-    image = random_image(rng)
-    d = rng.normal(size=(1_000, 6)) * 100
-    out = np.zeros((1_000, 6), runtime.dtype())
-    _query(Environment(image, intensity=0.5), np.ascontiguousarray(d, runtime.dtype()), out)
-    expected = 0.5 * light.lookup(image, light.to_unit(d[:, :3]))
-    assert np.isclose(out[:, :3], expected, rtol=1e-6).all(axis=1).mean() > 0.99
-    _query(Environment(np.full((2, 4, 3), [3.0, 2, 1]), intensity=0.5), np.ascontiguousarray(d, runtime.dtype()), out)
-    np.testing.assert_array_equal(out, np.tile([1.5, 1, 0.5], (1_000, 2)))
-    start("f32")
-
-
-def test_what_effects_are_derived_from():
-    assert load_environment("white").constant == (1, 1, 1)
-    assert load_environment("black").is_black
-    assert load_environment("studio").constant is None
-    assert load_environment(None) is None
-
-
 @pytest.mark.parametrize(
     ("image", "message"),
     [
@@ -141,11 +102,6 @@ def test_what_is_no_radiance_is_refused_with_its_place(image, message):
     with pytest.raises(tt.InputError) as error:
         load_environment(image)
     assert message in str(error.value)
-
-
-def test_a_map_that_is_not_two_to_one_is_used_with_a_warning():
-    with pytest.warns(UserWarning, match="3×3 is not twice as wide as high"):
-        Environment(np.ones((3, 3, 3)))
 
 
 @pytest.mark.parametrize("extension", [".npy", ".pfm", ".exr", ".hdr", ".png"])

@@ -1,7 +1,5 @@
 """What is taken out of a mesh before rays meet it, what is refused, and what of it kernels can read."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import taichi as ti
@@ -10,8 +8,6 @@ from shapes import SQUARE, with_spheres
 import taichi_tracer as tt
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.geometry import Mesh, check, clean, smoothed
-from taichi_tracer.mesh_parts import visible_points
-from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 
 
@@ -42,28 +38,6 @@ def test_unhittable_triangles_are_dropped_counted_and_told(vertices, face, cause
     np.testing.assert_array_equal(mesh.faces[:2], SQUARE[1])  # the others keep their ids
 
 
-def test_visible_points_are_those_that_a_ray_can_hit():
-    mesh = square_with([[np.nan, 0, 0], [9, 9, 9]], [[0, 1, 4], [5, 5, 0]])  # and no triangle has the last one
-    np.testing.assert_array_equal(visible_points(clean(mesh, np.float64)), SQUARE[0])
-    spheres = with_spheres([[1, 2, 3, 0.5], [0, 0, 0, -1], [np.nan, 0, 0, 1]])
-    corners = visible_points(clean(spheres, np.float32))
-    assert corners.shape == (8, 3)
-    np.testing.assert_array_equal([corners.min(axis=0), corners.max(axis=0)], [[0.5, 1.5, 2.5], [1.5, 2.5, 3.5]])
-
-
-def test_a_good_mesh_is_left_alone():
-    mesh = clean(square_with(), np.float32)
-    assert (mesh.dropped, mesh.notes) == (0, [])
-    assert mesh.vertices.dtype == np.float32
-
-
-@pytest.mark.parametrize("scale", [1e-18, 1e-6, 1.0, 1e6, 1e18])
-def test_small_and_large_triangles_stay(scale):
-    mesh = square_with()
-    mesh.vertices = mesh.vertices * scale
-    assert clean(mesh, np.float32).dropped == 0
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -92,13 +66,6 @@ def test_arrays_that_do_not_fit_are_refused(change, message):
     assert message in str(error.value)
 
 
-def test_spheres_without_numbers_follow_the_triangles():
-    mesh = replace(square_with(), spheres=np.array([[0, 0, 0, 1.0], [2, 0, 0, 1.0]]))
-    check(mesh)
-    np.testing.assert_array_equal(mesh.primitives(), [0, 1, -1, -2])
-    np.testing.assert_array_equal(mesh.sphere_materials, [0, 0])
-
-
 # ── one numbering for triangles and spheres ──
 
 SPHERES = [(0, 0, 0, 1), (3, 0, 0, 2), (5, 1, 0, 0.5)]
@@ -112,18 +79,6 @@ def test_primitives_are_numbered_as_the_file_has_them():
     assert mesh.used_materials().tolist() == [0, 2]
     assert with_spheres(SPHERES).primitives().tolist() == [-1, -2, -3]
     assert Mesh(*SQUARE).primitives().tolist() == [0, 1]
-
-
-def test_what_a_mesh_calls_for():
-    mesh = Mesh(*SQUARE)
-    assert not mesh.has_vertex_normals
-    assert not mesh.has_culling
-    mesh.face_normals, mesh.face_culls = np.full((2, 3), -1), np.zeros(2, bool)
-    assert not mesh.has_vertex_normals
-    assert not mesh.has_culling
-    mesh.face_normals[1, 2], mesh.face_culls[0] = 0, True
-    assert mesh.has_vertex_normals
-    assert mesh.has_culling
 
 
 # ── what kernels can read ──
@@ -150,25 +105,6 @@ def test_triangles_have_the_handouts_names(precision):
     np.testing.assert_array_equal(out[:, 9], [1, 0])
     np.testing.assert_allclose(out[:, 10], 1, rtol=1e-6)  # the two shortest edges stand at a right angle
     assert (geometry.n_triangles, geometry.n_spheres, geometry.n_primitives) == (2, 0, 2)
-
-
-@ti.kernel
-def _normals(geometry: ti.template(), out: ti.types.ndarray(ndim=2)):
-    for i in range(geometry.n_triangles):
-        ids = geometry.triangle_normal_ids[i]
-        for k in ti.static(range(3)):
-            n = geometry.normals[ids[k]]
-            for j in ti.static(range(3)):
-                out[3 * i + k, j] = n[j]
-
-
-@ti.data_oriented
-class Students(RayIntersector):
-    """Replaces something, so that it may ask for any normal."""
-
-    @ti.func
-    def intersect_triangle(self, ray, triangle_id):
-        return RayIntersector.intersect_triangle(self, ray, triangle_id)
 
 
 # ── smooth normals ──
@@ -208,9 +144,3 @@ def test_corners_with_normals_keep_them():
 def test_what_is_no_angle_is_told(smooth):
     with pytest.raises(tt.InputError, match="smooth must be True or an angle from 0 to 180 degrees, not "):
         smoothed(fold(), smooth)
-
-
-def test_a_mesh_is_shown_by_what_it_has():
-    assert repr(fold()) == "Mesh('fold.ply': 2 triangles, 4 vertices, 1 materials)"
-    with_more = replace(smoothed(fold(), 60), spheres=np.ones((2, 4)))
-    assert repr(with_more) == "Mesh('fold.ply': 2 triangles, 4 vertices, 2 spheres, 1 materials, with vertex normals)"

@@ -1,12 +1,9 @@
 """Holes: where the opacity of a material is below 1/2, every ray passes, whichever form traces it."""
 
-import base64
 import io
-import json
 
 import numpy as np
 import pytest
-import taichi as ti
 from PIL import Image
 from shapes import SQUARE
 
@@ -56,31 +53,6 @@ def test_rays_pass_through_holes_alone(options, test):
     np.testing.assert_array_equal(scene.occluded(origins, directions, t_max=2.5), ~is_hole)
 
 
-class Own(tt.RayIntersector):
-    """A student's triangle test: it knows nothing of holes."""
-
-    @ti.func
-    def intersect_triangle(self, ray, triangle_id):
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        e1, e2, s = v1 - v0, v2 - v0, ray.origin - v0
-        h = ray.direction.cross(e2)
-        a = e1.dot(h)
-        u, v = s.dot(h) / a, ray.direction.dot(s.cross(e1)) / a
-        t, hit = e2.dot(s.cross(e1)) / a, tt.HitData()
-        if u >= 0 and v >= 0 and u + v <= 1 and t > 0:
-            hit.is_hit, hit.distance, hit.triangle_id = True, t, triangle_id
-            hit.barycentric_coords, hit.normal = ti.math.vec2(u, v), e1.cross(e2).normalized()
-        return hit
-
-
-def test_rays_of_a_students_triangle_test_pass_holes_too():
-    xy, is_hole = points(500)
-    origins = np.column_stack([xy, np.full(len(xy), 3.0)])
-    scene = tt.SceneData(fence(tt.Texture(OPACITY)), intersector=Own)
-    hits = scene.intersect(origins, np.tile([0.0, 0.0, -1.0], (len(xy), 1)))
-    np.testing.assert_array_equal(hits.distance > 2.5, is_hole)
-
-
 def test_a_lamp_has_no_holes():
     scene = tt.SceneData(fence(tt.Texture(OPACITY), ke=(1.0, 1.0, 1.0)))
     assert not scene.effects.holes
@@ -114,59 +86,3 @@ def centres():
     """The middles of the sixteen fields, and whether they are holes."""
     x, y = np.meshgrid(np.arange(4), np.arange(4))
     return np.column_stack([x.ravel(), y.ravel()]) / 2 - 0.75, CHESS[3 - y.ravel(), x.ravel()] == 0
-
-
-def test_map_ks_multiplies_ks(tmp_path):
-    (tmp_path / "s.png").write_bytes(png(np.ones((2, 2))))
-    (tmp_path / "a.mtl").write_text("newmtl m\nKs 0.5 0.5 0.5\nmap_Ks s.png\n")
-    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
-    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{corners}usemtl m\nf 1/1 2/2 3/3\n")
-    material = tt.load_scene_data(tmp_path / "a.obj").materials[0]
-    assert material.map_Ks.pixels.shape == (2, 2, 3)
-    np.testing.assert_allclose(material.map_Ks.pixels, ((200 / 255 + 0.055) / 1.055) ** 2.4, rtol=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("cutoff", "factor", "has_holes"), [(0.5, 1.0, True), (None, 1.0, True), (0.2, 0.3, True), (0.0, 1.0, False)]
-)
-def test_alpha_mode_mask_of_a_gltf_file(tmp_path, cutoff, factor, has_holes):
-    """Where alpha is 0, there is a hole; where it is 1, there is none if the factor is above the cutoff."""
-    content = trimesh_gltf(cutoff, factor)
-    (tmp_path / "a.gltf").write_text(json.dumps(content))
-    scene = tt.load_scene_data(tmp_path / "a.gltf")
-    assert scene.effects.holes == has_holes
-    xy, is_hole = centres()
-    found = scene.occluded(np.column_stack([xy, np.ones(16)]), np.tile([0.0, 0.0, -1.0], (16, 1)))
-    np.testing.assert_array_equal(found, ~is_hole | (not has_holes))
-
-
-def trimesh_gltf(cutoff, factor):
-    """The square as glTF, with a picture whose alpha is the chess board; v of glTF has its origin at the top."""
-    vertices = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
-    uv = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
-    ids = np.array([0, 1, 2, 0, 2, 3], np.uint16)
-    raw = vertices.tobytes() + uv.tobytes() + ids.tobytes()
-
-    def data(kind, content):
-        return f"data:{kind};base64,{base64.b64encode(content).decode()}"
-
-    views = [(0, 48), (48, 32), (80, 12)]
-    base = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, factor]}
-    look = {"alphaMode": "MASK", "pbrMetallicRoughness": base}
-    return {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
-        "materials": [look if cutoff is None else {**look, "alphaCutoff": cutoff}],
-        "textures": [{"source": 0}],
-        "images": [{"uri": data("image/png", png(CHESS))}],
-        "buffers": [{"byteLength": len(raw), "uri": data("application/octet-stream", raw)}],
-        "bufferViews": [{"buffer": 0, "byteOffset": a, "byteLength": n} for a, n in views],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
-            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
-            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
-        ],
-    }

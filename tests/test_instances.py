@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from shapes import SQUARE, soup, sphere, with_spheres
+from shapes import SQUARE, soup, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import Instances, group, points_to_show, settled
+from taichi_tracer.instances import Instances, group, settled
 from taichi_tracer.materials import Material
 from taichi_tracer.scene_data import again
 
@@ -58,15 +58,6 @@ def test_a_tree_of_groups_is_the_triangles_that_a_walk_finds(levels):
     np.testing.assert_allclose(in_order(found), in_order(expected), atol=1e-8)
 
 
-def test_numbers_follow_the_order_of_a_group():
-    one, two = Mesh(*SQUARE, source="one"), Mesh(SQUARE[0] * 2, SQUARE[1], source="two")
-    places = Instances(two, [placed_at(5), placed_at(9)]), Instances(one, placed_at(z=1))
-    flat = settled(group([one, *places]), False, "copied")
-    corners = flat.vertices[flat.faces]
-    assert corners.shape == (8, 3, 3)
-    assert corners[:, 0].tolist() == [[-1, -1, 0]] * 2 + [[3, -2, 0]] * 2 + [[7, -2, 0]] * 2 + [[-1, -1, 1]] * 2
-
-
 def in_places(mesh):
     """(n, 3, 3) the corners of all triangles of a settled mesh, by their ids."""
     if mesh.placed is None:
@@ -102,46 +93,11 @@ def test_numbers_do_not_depend_on_what_is_shared(lamp_at, rng):
     np.testing.assert_allclose(in_places(shared), in_places(copied), atol=1e-12)
 
 
-def test_with_many_lamps_between_objects_all_copies_come_first():
-    lamp = Mesh(*SQUARE, materials=[Material("lamp", Ke=(1, 1, 1))], source="lamp")
-    pair = group([Instances(lamp, np.eye(4)), Instances(Mesh(*SQUARE), placed_at(5))])
-    shared = settled(group(Instances(pair, np.tile(np.eye(4), (300, 1, 1)))), False, "shared")
-    assert len(shared.placed.object_of) == 301
-    assert len(shared.faces) == 602
-    assert (in_places(shared)[:600, :, 0] <= 1).all()
-
-
-def test_equal_materials_are_one_and_others_stay_apart():
-    red, blue = Material("a", Kd=(1, 0, 0)), Material("b", Kd=(0, 0, 1))
-    first = Mesh(*SQUARE, materials=[red, blue], face_materials=np.array([1, 0], np.int32))
-    second = Mesh(*SQUARE, materials=[blue], face_materials=np.zeros(2, np.int32))
-    flat = settled(group([first, Instances(second, [np.eye(4), np.eye(4)])]), False, "copied")
-    assert [flat.materials[i].name for i in flat.face_materials] == ["b", "a", "b", "b", "b", "b"]
-    assert len(flat.materials) == 2
-
-
 def test_a_sphere_is_moved_and_scaled():
     ball = with_spheres([(1, 0, 0, 0.5)])
     turn = np.array([[0, 0, 2.0], [0, -2, 0], [2, 0, 0]])
     flat = settled(group(Instances(ball, placed_at(1, 1, 1, turn))), False, "copied")
     assert flat.spheres.tolist() == [[1, 1, 3, 1]]
-
-
-def test_what_is_scaled_to_nothing_is_dropped_and_told():
-    tree = Mesh(*SQUARE, normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), np.int32))
-    ball = with_spheres([(0, 0, 0, 1)])
-    scene = tt.scene_from_mesh(group([Mesh(*SQUARE), Instances(tree, placed_at(linear=np.zeros((3, 3))))]))
-    assert scene.dropped == 2
-    hits = scene.intersect([0, 0, 1], [0, 0, -1])
-    assert hits.triangle_id.tolist() in ([0], [1])
-    flat = settled(group(Instances(ball, placed_at(linear=np.zeros((3, 3))))), False, "copied")
-    assert flat.spheres[0, 3] == 0
-
-
-def test_what_is_pressed_flat_is_still_there():
-    box = Mesh(*sphere(), source="ball")
-    scene = tt.scene_from_mesh(group(Instances(box, placed_at(z=-2, linear=np.diag([1.0, 1.0, 0.0])))))
-    assert scene.intersect([0.1, 0.1, 1], [0, 0, -1]).distance[0] == pytest.approx(3)
 
 
 def test_a_group_that_contains_itself_is_an_error_with_its_path():
@@ -182,27 +138,6 @@ def test_wrong_parts_are_one_line(wrong, told):
         wrong()
 
 
-def test_what_emits_as_an_ellipsoid_is_refused():
-    lamp = with_spheres([(0, 0, 0, 1)], materials=[Material("lamp", Ke=(1, 1, 1))])
-    with pytest.raises(tt.InputError, match="use triangles for it"):
-        settled(group(Instances(lamp, placed_at(linear=np.diag([1.0, 2, 1])))))
-
-
-def test_a_camera_shows_all_places():
-    mesh = settled(group(Instances(Mesh(*SQUARE), [placed_at(5), placed_at(-7, 1)])))
-    points = points_to_show(mesh)
-    assert points.min(axis=0).tolist() == [-8, -1, 0]
-    assert points.max(axis=0).tolist() == [6, 2, 0]
-
-
-def test_a_mesh_of_a_file_stands_in_two_places():
-    cube = tt.load_mesh("cube")
-    scene = tt.scene_from_mesh(tt.group(tt.Instances(cube, [placed_at(-3), placed_at(3)])))
-    assert scene.num_triangles == 2 * len(cube.faces)
-    hits = scene.intersect([[-3, 0, 9], [3, 0, 9], [0, 0, 9]], [0, 0, -1])
-    assert hits.is_hit.tolist() == [True, True, False]
-
-
 @pytest.mark.parametrize("up_axis", ["y", "z"])
 def test_a_ground_lies_under_everything_and_is_not_what_the_camera_shows(up_axis, f32):
     mesh = tt.load_mesh("cube")
@@ -237,15 +172,3 @@ def test_a_ground_is_taken_away_again(f32):
     np.testing.assert_array_equal(bare.mesh.faces, former.mesh.faces)
     assert again(bare, ground=True).ground
     assert again(scene).geometry.n_primitives == scene.geometry.n_primitives
-
-
-def test_objects_in_many_places_stand_on_a_ground_too(f32):
-    places = np.tile(np.eye(4), (3, 1, 1))
-    places[:, 1, 3] = (-7, 0, 3)
-    whole = group([Instances(tt.load_mesh("cube"), places)])
-    scene = tt.SceneData(whole, ground=True)
-    hits = scene.intersect(np.array([[20.0, 0, 0]]), np.array([[0.0, -1, 0]]))
-    lowest = tt.SceneData(whole).view["at"][1]
-    assert hits.is_hit[0]
-    assert -hits.distance[0] == pytest.approx(-7, abs=0.01)
-    assert scene.view["at"][1] == pytest.approx(lowest)

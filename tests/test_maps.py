@@ -1,6 +1,5 @@
 """Maps of work: what they count is what an explained sample counts, and what is measured stays as it is."""
 
-import numpy as np
 import pytest
 from support import start
 
@@ -19,25 +18,6 @@ def scene():
 @pytest.fixture(scope="module")
 def maps(scene):
     return tt.MapRenderer(scene, *SIZE, of="uniform")
-
-
-def counted(explanation, name):
-    """What a map should show of an explained sample."""
-    if name == "nodes":
-        return explanation.counts.get("a node is entered", 0) + explanation.counts.get("a box is tried", 0)
-    if name == "triangles":
-        return explanation.counts.get("a triangle is tried", 0) + explanation.counts.get("a sphere is tried", 0)
-    if name == "blocked":
-        return sum(bool(step.values["is_blocked"]) for step in explanation.find("is_occluded"))
-    found = 0
-    normals = [step.values["normal"] for step in explanation.find("surface")]
-    for step in explanation.find("sample"):
-        found += float(np.dot(normals[0], step.values["w_i"])) <= 0
-    return found
-
-
-def test_there_are_maps_of_everything(maps):
-    assert maps.names() == ["nodes", "triangles", "blocked", "below_horizon", "standard_error", "seconds"]
 
 
 def test_what_can_be_measured(maps):

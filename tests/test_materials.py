@@ -12,7 +12,6 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
-from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import BUILT_IN, Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
 
@@ -60,21 +59,6 @@ def test_every_value_arrives_under_its_own_name(precision, rng):
         np.testing.assert_array_equal(out, expected.astype(runtime.dtype()))
 
 
-@ti.kernel
-def _by_index(scene: ti.template(), out: ti.types.ndarray(ndim=1)):
-    for i in range(2):
-        out[i] = scene.materials[i].Ns
-
-
-def test_a_kernel_may_ask_the_scene_by_material_id(precision):
-    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), materials=[Material(Ns=3), Material(Ns=1e21)])
-    scene = tt.SceneData(mesh)
-    out = np.zeros(2, runtime.dtype())
-    _by_index(scene, out)
-    np.testing.assert_array_equal(out, np.array([3, 1e21], runtime.dtype()))
-    assert [m.Ns for m in scene.materials] == [3, 1e21]
-
-
 def test_defaults_are_those_of_the_format(f32):
     material = Material()
     assert (material.Ns, material.Ni, material.d) == (1, 1, 1)
@@ -90,11 +74,6 @@ def test_huge_exponents_survive(f32):
     library, _owner = library_of([Material(Ns=1e21)])
     _read(library, 0, out)
     assert out[15] == np.float32(1e21)
-
-
-def test_no_materials_are_fine(f32):
-    library, _owner = library_of([])
-    assert library.brdf_of == [[], []]
 
 
 # ── which material has which BRDF ──
@@ -120,11 +99,6 @@ def test_the_exponent_says_which(precision, ns, name):
     assert sum(brdf.describes(Material(Ns=ns), runtime.dtype()) for brdf in SHIPPED) == 1
 
 
-def test_every_material_of_the_shipped_scenes_has_one(f32):
-    library = tt.load_scene_data("specular_spheres").material_library
-    assert [library.brdfs[i].name for i in library.brdf_of[0]] == ["diffuse", "phong", "mirror"]
-
-
 @ti.data_oriented
 class Velvet(Brdf):
     """A BRDF with parameters of its own."""
@@ -134,19 +108,6 @@ class Velvet(Brdf):
 
     def describes(self, material, dtype):
         return "sheen" in material.extra
-
-
-def test_of_several_brdfs_the_last_is_taken(f32):
-    materials = [Material(), Material(extra={"sheen": (2.0,)})]
-    library, _owner = library_of(materials, [*SHIPPED, Velvet()])
-    assert library.brdf_of[0] == [0, len(SHIPPED)]
-    library, _owner = library_of(materials, [Velvet(), *SHIPPED])
-    assert library.brdf_of[0] == [1, 1]
-
-
-def test_a_material_that_no_brdf_describes_is_told(f32):
-    with pytest.raises(tt.InputError, match="material 'cloth': none of velvet, mirror describes it"):
-        library_of([Material("cloth")], [Velvet(), Mirror()])
 
 
 @ti.kernel
@@ -170,22 +131,6 @@ def test_parameters_of_a_brdf_come_from_the_file_or_are_its_defaults(precision):
         np.testing.assert_array_equal(out, row)
 
 
-def test_a_parameter_with_another_count_of_numbers_is_told(f32):
-    material = Material("cloth", extra={"sheen": (1.0, 2.0)})
-    with pytest.raises(tt.InputError, match="material 'cloth': sheen needs 1 numbers, not 2"):
-        library_of([material], [*SHIPPED, Velvet()])
-
-
-def test_materials_are_shown_by_what_is_not_usual(f32):
-    material = Material("gold", Kd=(1, 0.7, 0.2), Ns=50.0, extra={"pr": (0.5,)})
-    assert repr(material) == "Material(name='gold', Kd=(1, 0.7, 0.2), Ns=50.0, extra={'pr': (0.5,)})"
-    assert eval(repr(material)) == material
-    assert repr(Material()) == "Material()"
-    materials = tt.load_scene_data("cube").materials
-    assert repr(materials).splitlines()[0] == "6 materials"
-    assert repr(materials).splitlines()[1] == f"  0: {materials[0]!r}"
-
-
 def test_one_roughness_and_one_reflectance_are_those_of_all_axes_and_colours():
     short = Material(alpha=0.3, F0=0.9)
     assert short == Material(alpha_x=0.3, alpha_y=0.3, F0=(0.9, 0.9, 0.9))
@@ -198,39 +143,3 @@ def test_a_colour_is_three_numbers(value):
     with pytest.raises(tt.InputError, match="Material: Kd must be three numbers, not"):
         tt.Material(Kd=value)
     assert tt.Material(Ke=np.array([1.0, 2, 3])).Ke[2] == 3
-
-
-@ti.data_oriented
-class FarMaterial(tt.BruteForceRayIntersector):
-    """Every hit has a material that no scene has."""
-
-    far = 10**8
-
-    @ti.func
-    def query_ray(self, ray):
-        nearest = tt.no_hit()
-        for triangle_id in range(self.geometry.n_triangles):
-            hit = self.intersect_triangle(ray, triangle_id)
-            if hit.is_hit and hit.distance < nearest.distance:
-                nearest = hit
-        nearest.material_id = self.far
-        return nearest
-
-
-class NegativeMaterial(FarMaterial):
-    """The same, below 0."""
-
-    far = -(10**8)
-
-
-@pytest.mark.parametrize("wild", [FarMaterial, NegativeMaterial])
-def test_a_material_that_a_users_intersector_makes_up_ends_no_process(wild):
-    """A picture of light takes one that exists; the view of materials shows the number that was given."""
-    scene = tt.load_scene_data("cube", intersector=wild, environment=np.ones((4, 8, 3), np.float32))
-    picture = tt.A2Renderer(scene, 8, 8).use("brdf").render(4).image()
-    assert np.isfinite(picture).all()
-    assert picture.max() > 0
-    x, y = np.mgrid[:8, :8]
-    hits = scene.intersect(*tt.A1Renderer(scene, 8, 8).camera.rays(x.ravel(), y.ravel()))
-    assert set(hits.material_id[hits.is_hit]) <= {wild.far}
-    scene.destroy()

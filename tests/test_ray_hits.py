@@ -8,8 +8,6 @@ from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.ray_hits import RayHit, RayHits
-from taichi_tracer.system import reuse
-from taichi_tracer.system.registry import PARTS
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -32,26 +30,6 @@ def test_shapes_that_do_not_fit_are_named(square, arguments, message):
     with pytest.raises(tt.InputError) as error:
         square.intersect(*arguments)
     assert message in str(error.value)
-
-
-def test_answers_that_are_kept_stay_as_they_are(square, monkeypatch):
-    """Their memory is used again only when the last part of them is gone."""
-    monkeypatch.setattr(reuse, "LARGE", 1)
-    kept = square.intersect([0.5, 0.25, 2], [0, 0, -1]).normal
-    others = [square.intersect([0.5, 0.25, -2], [0, 0, 1]) for _ in range(3)]
-    np.testing.assert_array_equal(kept, [[0, 0, 1]])
-    for other in others:
-        np.testing.assert_array_equal(other.normal, [[0, 0, -1]])
-
-
-@pytest.mark.parametrize("name", PARTS.names("intersector"))
-def test_notebooks_show_a_table(name):
-    scene = tt.scene_from_mesh(*SQUARE, intersector=name)
-    html = scene.intersect(np.zeros((30, 3)) + [0, 0.5, 1], [0, 0, -1])._repr_html_()
-    assert "30 rays, 30 hits" in html
-    assert html.count("<tr>") == 21
-    assert "and 10 more rays" in html
-    assert f"2 triangles, 1 materials, {name}" in repr(scene)
 
 
 @pytest.fixture(scope="module")

@@ -15,24 +15,8 @@ from taichi_tracer import sampler
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.samplers.sobol import SobolSampler
-from taichi_tracer.system.registry import PARTS
 
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-def test_a_sampler_of_a_camera_is_a_copy_with_its_size():
-    own = sampler.sampler_of(PARTS.find("sampler", "sobol"), tt.Camera(10, 8))
-    assert (own.width, own.height) == (10, 8)
-    assert PARTS.find("sampler", "sobol").width == 1
-
-
-def test_a_sampler_without_numbers_is_asked_for_them_by_name():
-    @ti.data_oriented
-    class Unfinished(sampler.Sampler):
-        pass
-
-    with pytest.raises(ti.TaichiCompilationError, match=r"a sampler must say what get_2d\(self"):
-        points(Unfinished(), 1)
 
 
 # ── the handouts' functions, which draw their own numbers ──
@@ -96,12 +80,6 @@ def test_a_sampler_that_returns_three_numbers_is_told():
     scene = tt.load_scene_data("cube", environment="studio")
     with pytest.raises(tt.InputError, match="ThreeNumbers.get_2d returns a vec3, but a vec2 is needed"):
         tt.A2Renderer(scene, 8, 8, sampler=ThreeNumbers()).use("brdf").render(1)
-
-
-def test_directions_come_from_the_numbers_that_were_given():
-    found = sphere_directions(False, gives=True, count=3)
-    np.testing.assert_allclose(found[:, :3], np.tile([0, -np.sqrt(0.75), -0.5], (3, 1)), atol=1e-6)
-    np.testing.assert_allclose(found[:, 7], 1 / (4 * np.pi))
 
 
 def test_in_a_sample_directions_come_from_its_next_numbers():

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from oracles import textures as oracle
 from shapes import SQUARE
-from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.textures import WRAPS
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -43,34 +41,7 @@ def test_texels_are_those_of_the_oracle(wrap, region):
             np.testing.assert_allclose(color, oracle.bilinear(PIXELS, uv, wrap), atol=2e-5)
 
 
-def test_a_view_shows_the_coordinates():
-    """Their fractional parts in red and green; black where nothing has a texture."""
-    vertices, faces = map(np.array, SQUARE)
-    corners = vertices[:, :2] * 3.3 + 0.05
-    camera = tt.OrthographicCamera(9, 9, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
-    for texture, factor in ((tt.Texture(PIXELS), 1), (None, 0)):
-        mesh = Mesh(vertices, faces, materials=[tt.Material(map_Kd=texture)], corner_uv=corners[faces])
-        image = tt.RT3Renderer(tt.SceneData(mesh), camera=camera).use("uv").render().image()
-        np.testing.assert_allclose(image[..., :2], coordinates(corners) % 1 * factor, atol=1e-5)
-        assert not image[..., 2].any()
-
-
-@pytest.mark.parametrize("wrap", WRAPS)
-@pytest.mark.parametrize("value", [np.nan, -1e30])
-def test_odd_coordinates_show_a_colour_of_the_picture(wrap, value):
-    """Also those of a triangle whose coordinates are all alike."""
-    found = looked_up(tt.Texture(PIXELS, (wrap, wrap)), np.full((4, 2), value))
-    assert (found >= PIXELS.min() - 1e-5).all()
-    assert (found <= PIXELS.max() + 1e-5).all()
-
-
-def test_a_texture_of_one_texel_is_its_colour():
-    np.testing.assert_allclose(
-        looked_up(tt.Texture(PIXELS[:1, :1]), SQUARE[0][:, :2] * 9), PIXELS[0, 0] + np.zeros((9, 9, 3)), rtol=1e-5
-    )
-
-
-@pytest.mark.parametrize("estimator", long_except(["uniform", "brdf", "mis", "path"], "mis"))
+@pytest.mark.parametrize("estimator", ["mis"])
 def test_the_reflectance_is_that_of_the_texel(estimator):
     """Under light of 1 from everywhere, a matte wall shows Kd times the texel; one without a texture shows Kd."""
     color = np.array([0.9, 0.5, 0.1])
@@ -107,33 +78,6 @@ def test_colours_of_vertices_are_between_those_of_the_corners(has_texture):
     np.testing.assert_allclose(image.reshape(-1, 3), expected, atol=1e-5)
 
 
-def test_only_a_scene_that_shows_a_texture_is_compiled_for_it():
-    texture = tt.Texture(PIXELS)
-    textured = tt.Material(map_Kd=texture)
-    for options, is_on, why in (
-        ({"material": textured, "uv": SQUARE[0][:, :2]}, True, "simulated, 1 of 1 materials"),
-        ({"material": textured}, False, "not simulated, the triangles have no texture coordinates"),
-        ({"uv": SQUARE[0][:, :2]}, False, "not simulated, no material has one"),
-        (
-            {"material": [textured, tt.Material()], "face_materials": [1, 1], "uv": SQUARE[0][:, :2]},
-            False,
-            "no material",
-        ),
-    ):
-        scene = tt.scene_from_mesh(*SQUARE, **options)
-        assert scene.effects.textures == is_on
-        assert [line for line in scene.receipt() if line.startswith("textures") and why in line]
-
-
-def test_fingerprints_tell_pictures_apart():
-    def fingerprint(pixels, corners=SQUARE[0][:, :2]):
-        material = tt.Material(map_Kd=tt.Texture(pixels))
-        return tt.scene_from_mesh(*SQUARE, material=material, uv=corners).fingerprint()
-
-    assert fingerprint(PIXELS) == fingerprint(PIXELS.copy())
-    assert len({fingerprint(PIXELS), fingerprint(1 - PIXELS), fingerprint(PIXELS, SQUARE[0][:, 1:])}) == 3
-
-
 def test_a_sphere_is_covered_once():
     """Its longitude is u and its latitude v, as in its barycentric coordinates."""
     mesh = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int), spheres=np.array([[0, 0, 0, 1.0]]))
@@ -145,15 +89,6 @@ def test_a_sphere_is_covered_once():
     np.testing.assert_allclose(
         image[2, 2], oracle.bilinear(PIXELS, hits.barycentric_coords[0], ("repeat",) * 2), atol=1e-4
     )
-
-
-def test_a_layer_without_texture_coordinates_has_the_numbers_of_the_material():
-    """Also where vertices have colours, so that something is multiplied."""
-    material = tt.Material(Kd=(0.5,) * 3, alpha=0.2, F0=0.3, map_layer=tt.Texture(PIXELS), extra={"layered": (1.0,)})
-    mesh = Mesh(*map(np.array, SQUARE), materials=[material], corner_color=np.full((2, 3, 3), 0.5))
-    camera = tt.Camera(3, 3, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), fov=1)
-    image = tt.RT3Renderer(tt.SceneData(mesh), camera=camera).use("flat").render().image()
-    np.testing.assert_allclose(image, 0.25, rtol=1e-5)
 
 
 def test_wrong_input_is_told():

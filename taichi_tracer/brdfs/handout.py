@@ -21,6 +21,7 @@ class HandoutBrdf(Brdf):
     evaluate_probability: Any
     evaluate_brdf: Any
     evaluate_brdf_factor: Any
+    other_arguments: dict[str, Exception] = {}  # methods of a course's class in whose place the package's run
 
     @ti.func
     def eval(self, material, w_o, w_i, n):
@@ -52,7 +53,7 @@ class HandoutBrdf(Brdf):
 
         It is the quotient where f_r and the pdf are written, and the factor is not.
         """
-        names, cannot_run = set(replaced(self)), set(unfinished(self))
+        names, cannot_run = {*replaced(self), *self.other_arguments}, set(unfinished(self))
         if "evaluate_brdf_factor" in names - cannot_run:
             return True
         quotient = {"evaluate_brdf", "evaluate_probability"}

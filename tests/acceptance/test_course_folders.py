@@ -103,18 +103,24 @@ OTHER_ARGUMENTS = [
 ]
 
 
-@pytest.mark.parametrize("estimator", ["uniform", "brdf"])
-def test_a2_without_its_graduate_part_and_with_other_arguments_runs(tmp_path, estimator):
-    """The factor has one argument more, and the density is cancelled: the package's factor runs in its place."""
+@pytest.mark.parametrize(
+    ("estimator", "scene", "environment"), [("uniform", "sphere", "white"), ("brdf", "specular_spheres", "studio")]
+)
+def test_a2_without_its_graduate_part_and_with_other_arguments_runs(tmp_path, estimator, scene, environment):
+    """The factor has one argument more, and the density is cancelled: the package's factor runs in its place.
+
+    The student's numbers are ``ti.random``'s, others in each run: 2.5 % are more than five standard deviations.
+    """
     empty = ["A2Renderer", *A3_AND_LATER]
-    options = {"scene": "specular_spheres", "environment": "studio", "spp": 64}
+    options = {"scene": scene, "environment": environment, "spp": 1024}
     right = picture(estimator, **options).mean(axis=(0, 1))
     made = folder(tmp_path, empty, OTHER_ARGUMENTS)
-    (made / "taichi_tracer" / "renderer.py").unlink()
+    for file in ("renderer.py", "ray_intersector.py"):  # its own search looks at every triangle
+        (made / "taichi_tracer" / file).unlink()
     with tt.course(made) as files:
         found = picture(estimator, **options).mean(axis=(0, 1))
         assert any("cannot be called as the handout calls them: BRDF.evaluate_brdf_factor" in n for n in files.notes())
-    np.testing.assert_allclose(found, right, rtol=0.1)
+    np.testing.assert_allclose(found, right, rtol=0.025)
 
 
 def test_a_miss_has_id_0_at_the_border(tmp_path):
@@ -124,9 +130,9 @@ def test_a_miss_has_id_0_at_the_border(tmp_path):
         "material = self.scene_data.material_library.materials[hit_data.material_id]\n",
     )
     old, new = f"{asks}            {reads}", f"        {reads}{asks}"
-    expected = picture("uniform", scene="sphere", environment="white", spp=16).mean()
+    expected = picture("uniform", scene="sphere", environment="white", spp=256).mean()
     with tt.course(folder(tmp_path, ["A3Renderer", "A4Renderer"], [("renderer.py", old, new)])):
-        found = picture("uniform", scene="sphere", environment="white", spp=16).mean()
+        found = picture("uniform", scene="sphere", environment="white", spp=256).mean()
     assert found == pytest.approx(expected, rel=0.05)
 
 
@@ -151,11 +157,11 @@ CALLS_FURTHER = [
 
 def test_a_renderer_may_call_further_methods_of_the_students_own_classes(tmp_path):
     """Where the package's class stands in, it keeps the student's other methods, and what the constructor makes."""
-    expected = picture("environment", spp=64).mean()
+    expected = picture("environment", spp=1024).mean()
     with tt.course(folder(tmp_path, ["A4Renderer"], CALLS_FURTHER)):
         renderer = tt.A3Renderer(tt.load_scene_data("cornell_box"), 24, 24)
         renderer.sample_mode[None] = renderer.SampleMode.LIGHT
-        found = np.asarray(renderer.render(64).image()).mean()
+        found = np.asarray(renderer.render(1024).image()).mean()
     assert found == pytest.approx(expected, rel=0.1)
 
 

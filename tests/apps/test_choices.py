@@ -6,8 +6,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.same_again import as_command
-from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer, A4Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
 FACES = [[0, 1, 2], [0, 2, 3]]
@@ -24,25 +23,6 @@ def choices():
     return Choices(renderer_of(triangle_test="moller_trumbore").use("normal"))
 
 
-def test_views_and_estimators_are_offered_in_one_order(choices):
-    def names(choices):
-        return [(c.what, [one.name for one in offers]) for c, offers in choices.offered]
-
-    of = (A1Renderer, A3Renderer, A4Renderer, MapRenderer)
-    views, estimators, paths, maps = ((c.what, c.names()) for c in of)
-    assert names(choices) == [views, estimators, paths, maps]
-    assert names(Choices(renderer_of(A2Renderer))) == [views, estimators, paths, maps]
-    assert names(Choices(renderer_of(A4Renderer))) == [views, estimators, paths, maps]
-
-
-def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
-    class Own(A1Renderer):
-        """A student's."""
-
-    own = Own(renderer_of().scene_data, width=8, height=6)
-    assert [c for c, _ in Choices(own).offered] == [Own, A3Renderer, A4Renderer, MapRenderer]
-
-
 def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(choices):
     first = choices.renderer
     choices.use(A2Renderer, "mis")
@@ -57,18 +37,6 @@ def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(choices):
     assert choices.renderer is first
     choices.use(A2Renderer, "brdf")
     assert choices.renderer is lit
-
-
-def test_the_environments_come_one_after_another_and_none_stays_none(choices):
-    found = [choices.environment]
-    for _ in range(len(choices.environments)):
-        choices.next_environment()
-        found.append(choices.environment)
-    assert found[0] == found[-1]
-    assert set(found) == {*tt.files.shipped.shipped_environments(), "none"}
-    choices.set_environment("none")
-    choices.use(A2Renderer, "uniform")
-    assert choices.scene.environment is None
 
 
 def test_another_environment_keeps_intensity_rotation_and_look_up():
@@ -92,50 +60,10 @@ def test_a_ground_comes_and_goes(choices):
     assert "--ground" not in as_command(choices.renderer, ["--ground"])
 
 
-def test_the_triangle_test_changes_and_changes_back(choices):
-    choices.use(A1Renderer, "triangle_id")
-    before, picture = choices.renderer, choices.renderer.image()
-    choices.next_triangle_test()
-    assert choices.triangle_test == after("moller_trumbore", choices.triangle_tests)
-    assert choices.renderer is not before
-    assert choices.renderer.camera is before.camera
-    assert choices.renderer.active.name == "triangle_id"
-    np.testing.assert_array_equal(choices.renderer.image(), picture)
-    while choices.triangle_test != "moller_trumbore":
-        choices.next_triangle_test()
-    assert choices.renderer is before
-    before.scene_data.check_alive()
-
-
-def test_white_stays_while_the_camera_moves_and_can_be_chosen():
-    renderer = renderer_of()
-    fitting = renderer.max_distance
-    assert fitting > 10
-    choices = Choices(renderer.use("distance"))
-    assert choices.white == choices.usual_white == fitting
-    renderer.camera.set_camera_parameters(eye=(0, 0, 900))
-    assert renderer.max_distance == fitting
-    choices.set_white(7.0)
-    assert (choices.white, choices.usual_white, renderer.max_distance) == (7.0, fitting, 7.0)
-    light = Choices(renderer_of(A2Renderer, environment="white"))
-    assert light.white is None
-    light.set_white(None)
-    light.use(A1Renderer, "hit")
-    assert light.white == light.usual_white
-
-
 @pytest.fixture
 def lamps():
     """Choices of a scene whose two triangles emit light."""
     return Choices(renderer_of(material=tt.Material(Ke=(1, 1, 1))))
-
-
-def test_a_scene_with_lamps_is_lit_by_them_alone_unless_one_chooses_more(lamps):
-    for renderer_class, name in ((A3Renderer, "mis"), (A4Renderer, "path")):
-        lamps.use(renderer_class, name)
-        assert lamps.environment == "none"
-    lamps.next_environment()
-    assert lamps.environment != "none"
 
 
 def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_of_paths(lamps):
@@ -158,14 +86,3 @@ def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_o
     while lamps.renderer is not first:
         lamps.next_triangle_test() if lamps.triangle_test != "watertight" else lamps.next_lamp_choice()
     assert first.max_bounces == 2
-
-
-def test_the_weights_go_along_to_another_scene(lamps):
-    lamps.use(A3Renderer, "mis_one_sample")
-    lamps.renderer.mis_plight = 0.75
-    lamps.next_triangle_test()
-    assert (lamps.renderer.mis_plight, lamps.renderer.mis_pbrdf) == (0.75, 0.5)
-
-
-def test_after_goes_on_at_the_beginning():
-    assert [after(name, ["a", "b"]) for name in "ab"] == ["b", "a"]

@@ -15,13 +15,11 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import grammar, names, rescue
+from taichi_tracer.apps import names, rescue
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.words import as_value
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
-from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer, A2Renderer
+from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.registry import PARTS
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
@@ -87,24 +85,6 @@ def test_a_picture_from_a_new_process_without_a_terminal(tmp_path):
     assert result.stdout.count("\n") == 1
     assert "%|" not in result.stderr  # no progress bar in a pipe
     assert pixels(tmp_path / "cube.png").shape == (48, 64, 3)
-
-
-def test_rendering_does_not_load_what_it_does_not_need(tmp_path):
-    code = f"""
-import sys
-from taichi_tracer.apps.cli import main
-assert main(["render", "cube", "--size", "8x8", "-o", {str(tmp_path / "x.png")!r}]) == 0
-print("loaded:", sorted({{"trimesh", "scipy", "matplotlib", "tqdm", "OpenEXR"}} & set(sys.modules)))
-"""
-    assert run("-c", code).stdout.endswith("loaded: []\n")
-
-
-def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_numbers(tmp_path):
-    words = ["render", "cube", "--size", "8x8", "-o", "é.png"]
-    result = run("-m", "taichi_tracer", *words, cwd=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="1")
-    assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith(r"\xe9.png: 8x8, 1 spp")
-    assert pixels(tmp_path / "é.png").max() > 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -188,33 +168,10 @@ def test_white_of_the_distance_fits_the_scene_and_is_told_or_is_the_one_asked_fo
     assert "note: distance" not in capsys.readouterr().err
 
 
-def test_an_option_of_the_distance_without_it_is_told(tmp_path, capsys, instant):
-    words = ["--size", "8", "--view", "normal", "--max-distance", "3", "-o", str(tmp_path / "x.png")]
-    assert quickly(["render", "cube", *words]) == 0
-    assert "--max-distance 3 changes nothing here" in capsys.readouterr().err
-
-
-def test_the_axis_that_is_up_reaches_scene_command_and_file(tmp_path, capsys):
-    assert quickly(["info", "cube", "--up-axis", "z"]) == 0
-    out = capsys.readouterr().out
-    assert "view up         (0, 0, 1)\n" in out
-    assert "up axis         z\n" in out
-    assert main(["export", "cube", str(tmp_path / "cube.xml"), "--up-axis", "z"]) == 0
-    assert 'up="0.0 0.0 1.0"' in (tmp_path / "cube.xml").read_text()
-
-
 def test_without_output_pictures_go_to_renders(tmp_path, monkeypatch, instant):
     monkeypatch.chdir(tmp_path)
     assert quickly(["render", "cube", "--size", "8x8", "--view", "hit,normal"]) == 0
     assert sorted(p.name for p in (tmp_path / "renders").iterdir()) == ["cube_hit.png", "cube_normal.png"]
-
-
-def test_options_reach_the_scene(capsys):
-    words = ["--intersector", "bvh", "--triangle-test", "watertight"]
-    assert quickly(["info", "cube", *words]) == 0
-    out = capsys.readouterr().out
-    assert "intersector     bvh\n" in out
-    assert "triangle test   watertight\n" in out
 
 
 @pytest.fixture
@@ -238,26 +195,6 @@ def test_a_new_view_needs_no_edit_here(tmp_path, register, instant):
     assert names.find_views("a_new_view") == names.find_views("new") == ((A1Renderer, added),)
     assert quickly(["render", "cube", "--view", "new", "--size", "16x16", "-o", str(tmp_path)]) == 0
     assert (tmp_path / "cube_a_new_view.png").exists()
-
-
-def test_a_new_renderer_needs_no_edit_here(tmp_path, register, instant):
-    own = register(tt.View("its_own", "Its own", PARTS.find("integrator", "normal").function))
-    own.what = "wonder"
-    another = register(type("Another", (A1Renderer,), {"name": "another", "what": "wonder"}))
-    assert quickly(["render", "cube", "--estimator", "its_own", "--size", "8x8", "-o", str(tmp_path / "x.png")]) == 0
-    assert names.find_views("normal,its_own") == ((A1Renderer, PARTS.find("integrator", "normal")), (another, own))
-    assert "wonders:        its_own\n" in names.help_text(["pictures"])
-
-
-def test_a_renderer_derived_from_the_courses_takes_its_place(register):
-    mine = register(type("Mine", (A1Renderer,), {"name": "mine"}))
-    assert [c for c, _ in names.find_views("hit")] == [mine]
-    assert {c for c, _ in names.find_views("all")} == {mine}
-
-
-def test_the_base_class_is_no_renderer_to_choose():
-    assert A1Renderer in names.renderers()
-    assert ProgressiveRenderer not in names.renderers()
 
 
 def test_ctrl_c_keeps_the_samples_done(tmp_path, monkeypatch, instant, capsys):
@@ -378,48 +315,6 @@ def test_bad_files(case, tmp_path, capsys):
     assert not (tmp_path / "x.png").exists()
 
 
-PIPES = {
-    **{f"scene {ending}": (["info", f"pipe{ending}"], ending) for ending in (".obj", ".ply", ".glb", ".xml")},
-    **{f"light {ending}": (["info", "cube", "--environment", f"pipe{ending}"], ending) for ending in (".hdr", ".npy")},
-    "checkpoint": (["render", "cube", "--estimator", "brdf", "--checkpoint", "pipe.k", "-o", "x.png"], ".k"),
-    "parts": (["info", "cube", "--parts", "pipe.py"], ".py"),
-    "picture": (["compare", "pipe.png", "pipe.png"], ".png"),
-    "include": (["info", "scene.xml"], ".rt3"),
-}
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes among the files")
-@pytest.mark.parametrize("case", PIPES)
-def test_a_pipe_is_refused_instead_of_waited_for(case, tmp_path, monkeypatch, capsys):
-    words, ending = PIPES[case]
-    monkeypatch.chdir(tmp_path)
-    os.mkfifo(f"pipe{ending}")
-    Path("scene.obj").write_text(f"mtllib pipe.mtl\n{TRIANGLE}f 1 2 3\n")
-    Path("scene.xml").write_text('<RT3><include filename="pipe.rt3"/></RT3>')
-    Path("scene.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe.bin", "byteLength": 4}]}')
-    assert quickly(words) == 2
-    assert_one_line(capsys.readouterr().err, [f"pipe{ending}"])
-    assert not Path("x.png").exists()
-
-
-def test_a_nan_vertex_drops_its_triangle_and_says_so(tmp_path, capsys):
-    path = tmp_path / "x.obj"
-    path.write_text(TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n")
-    assert quickly(["render", str(path), "--size", "16x16", "--view", "hit", "-o", str(tmp_path / "x.png")]) == 0
-    notes = [line for line in capsys.readouterr().err.splitlines() if line.startswith("taichi-tracer: note: ")]
-    assert len(notes) == 1
-    assert "1 of 2 triangles dropped" in notes[0]
-    assert pixels(tmp_path / "x.png").max() == 255  # the other triangle is there
-
-
-def test_a_file_of_which_nothing_is_left_says_so(tmp_path, capsys):
-    path = tmp_path / "x.obj"
-    path.write_text("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 2\n")
-    assert quickly(["render", str(path), "--size", "8x8", "--view", "hit", "-o", str(tmp_path / "x.png")]) == 0
-    told = f"taichi-tracer: note: {path}: 2 of 2 triangles dropped (2 without area): nothing is left to be seen\n"
-    assert capsys.readouterr().err.count(told) == 1
-
-
 @pytest.mark.parametrize("output", ["no/such/x.png", "x.docx", "taken/x/"])
 def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -429,29 +324,7 @@ def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_pa
     assert_one_line(capsys.readouterr().err, [output.rstrip("/")])
 
 
-def test_debug_shows_the_traceback():
-    with pytest.raises(tt.InputError, match="no_such_scene"):
-        main(["info", "no_such_scene", "--debug"])
-    with pytest.raises(tt.InputError, match="no_such_scene"):
-        main(["--debug", "info", "no_such_scene"])
-
-
-def test_a_message_of_several_lines_becomes_one(monkeypatch, capsys):
-    def fails(args):
-        raise tt.InputError("first\n  second")
-
-    monkeypatch.setattr(grammar, "load", lambda target: fails)
-    assert main(["info", "cube"]) == 2
-    assert capsys.readouterr().err == "taichi-tracer: error: first second\n"
-
-
 # ── the grammar ──
-
-
-@pytest.mark.parametrize("word", ["-1", "-.5", "-1e-3", "-inf", "-1.5E+2"])
-def test_negative_numbers_are_values(word):
-    args = make_parser().parse_args([as_value(w) for w in ["render", "cube", "--eye", word, word, word]])
-    assert args.eye == [float(word)] * 3
 
 
 @pytest.mark.parametrize(
@@ -459,13 +332,6 @@ def test_negative_numbers_are_values(word):
 )
 def test_sizes(text, expected):
     assert make_parser().parse_args(["render", "cube", "--size", text]).size == expected
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"), [("2", ((2, 2),)), ("0,1-3,4+", ((0, 0), (1, 3), (4, None))), ("0, 5", ((0, 0), (5, 5)))]
-)
-def test_bounces(text, expected):
-    assert make_parser().parse_args(["render", "cube", "--bounces", text]).bounces == expected
 
 
 # ── info ──
@@ -483,56 +349,11 @@ def test_info_tells_what_the_scene_is_made_of(capsys):
     assert "view eye        (0, 1, 3)" in out
 
 
-def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch, capsys):
-    from taichi_tracer.apps.info import describe
-
-    scene = tt.load_scene_data("cube")
-    monkeypatch.setattr(type(scene.ray_intersector), "facts", lambda self: {"leaf size": "4"}, raising=False)
-    renderer = A1Renderer(scene, 8, 8)
-    lines = describe(renderer)
-    assert "leaf size       4" in lines
-    assert [f"  {line}" for line in renderer.receipt()] == lines[-len(renderer.receipt()) :]
-
-
-def test_a_scene_with_lamps_is_lit_by_them_alone(monkeypatch):
-    """By default; an environment is added where somebody asks for one."""
-
-    def scene_of(name, *words):
-        request, _ = scene_and_pictures_of(make_parser().parse_args(["render", name, *QUICK, *words]))
-        return request.load()
-
-    for estimator in ("mis", "path"):
-        assert scene_of("cornell_box", "--estimator", estimator).environment is None
-    assert scene_of("cornell_box", "--estimator", "path", "--environment", "studio").environment.name == "studio"
-    assert scene_of("cube", "--estimator", "path").environment.name == "studio"
-
-
 def test_darkness_is_told_and_still_a_picture(tmp_path, capsys):
     words = ["--estimator", "brdf", "--environment", "black", "--size", "8x8", "-o", str(tmp_path / "x.png")]
     assert main(["render", "cube", *words]) == 0
     assert capsys.readouterr().err.count("nothing in this scene emits light") == 1
     assert (tmp_path / "x.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--environment", "studoi"], "did you mean 'studio'"),
-        (["--environment", "no/such.hdr"], "no/such.hdr: no such file"),
-        (["--environment", "studio", "--lookup", "cubic"], "unknown lookup 'cubic'"),
-        (["--environment", "studio", "--intensity", "-1"], "intensity must be a finite number of at least 0"),
-        (["--effects", "some"], "unknown effects 'some'"),
-        (["--sampler", "halton"], "unknown sampler 'halton'"),
-        (["--seed", "-3"], "'-3' is not a whole number of at least 0"),
-        (["--estimator", "brfd"], "did you mean 'brdf'"),
-    ],
-)
-def test_wrong_light_is_one_line(words, told, capsys, tmp_path):
-    light = [] if words[0] == "--estimator" else ["--view", "brdf"]
-    assert main(["render", "cube", *light, "--size", "8x8", "-o", f"{tmp_path}/x.png", *words]) == 2
-    error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert told in error
-    assert list(tmp_path.iterdir()) == []
 
 
 # ── targets, checkpoints, and pictures compared ──
@@ -548,22 +369,6 @@ def test_one_checkpoint_is_of_one_picture(tmp_path, instant, capsys):
     assert "one file for 2 pictures" in told_by(words, capsys, code=2).err
 
 
-def test_accuracy_refuses_before_it_works(tmp_path, capsys):
-    for words, message in (
-        (["accuracy", "cube", "--estimators", "brdf,miss"], "unknown estimator 'miss': did you mean 'mis'?"),
-        (["accuracy", "kube"], "unknown scene 'kube'"),
-        (["accuracy", "cube", "--estimators", "path,mis"], "no reference fits both: compare one kind at a time"),
-        (["accuracy", "cube", "--roulettes", "none,2"], "q must be more than 0 and less than 1, not 2.0"),
-        (["accuracy", "cube", "--budget", "0"], "'0' is not a number more than 0"),
-        (["compare", "no.png", "no.png"], "no.png: no such file"),
-        (["merge", "no.checkpoint", "no.checkpoint", "-o", "x.png"], "no.checkpoint: no such file"),
-    ):
-        assert message in told_by(words, capsys, code=2).err
-    blocked = tmp_path / "file"
-    blocked.write_text("x")
-    assert "cannot be made" in told_by(["accuracy", "cube", "--report", blocked / "x"], capsys, code=2).err
-
-
 def test_the_request_for_smooth_normals_can_be_repeated():
     asked = ([], None), (["--smooth"], USUAL_CREASE), (["--smooth", "0"], 0.0), (["--smooth", "1"], 1.0)
     for option, degrees in asked:
@@ -572,18 +377,6 @@ def test_the_request_for_smooth_normals_can_be_repeated():
         assert request.smooth == degrees
         again, _ = scene_and_pictures_of(make_parser().parse_args(["view", "cube", *request.words()]))
         assert again == request
-
-
-def test_a_picture_too_dark_to_be_seen_gets_advice(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(A2Renderer, "add_sample", lambda self, index: self.film.canvas.fill(2.0**-20))
-    words = ["render", "cube", "--estimator", "brdf", "--spp", "1", "--size", "8x8"]
-    assert quickly([*words, "-o", "a.png"]) == 0
-    told = capsys.readouterr().err
-    assert "100% of the pixels with light are no brighter than 1/255: try --exposure 19" in told
-    assert quickly([*words, "-o", "a.png", "--exposure", "19"]) == 0
-    assert quickly([*words, "-o", "a.pfm"]) == 0
-    assert "try --exposure" not in capsys.readouterr().err
 
 
 def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, monkeypatch):
@@ -604,51 +397,3 @@ def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, mon
 
 
 # ── exposure and tone ──
-
-LIGHT = ["render", "cube", "--estimator", "brdf", "--environment", "white", "--intensity", "4", "--size", "12"]
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--exposure", "nan"], "exposure must be between -64 and 64 stops, not nan"),
-        (["--exposure", "bright"], "'bright' is not a number"),
-        (["--tone", "flimic"], "unknown tone curve 'flimic': did you mean 'filmic'?"),
-        (["--tone", "filmic", "--view", "normal"], "normal shows data"),
-    ],
-)
-def test_a_display_that_cannot_be_is_an_error_before_any_work(words, told, tmp_path, capsys):
-    path = tmp_path / "a.png"
-    start = LIGHT[:2] if "--view" in words else LIGHT
-    assert quickly([*start, *words, "-o", str(path)]) == 2
-    error = capsys.readouterr().err
-    assert told in error
-    assert len(error.splitlines()) == 1
-    assert not path.exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [(["--view", "normal,hit"], "one picture goes, not of 2"), (["--cluster", "local:1"], "not --cluster")],
-)
-def test_a_profile_of_several_pictures_or_machines_is_refused(words, why, tmp_path, capsys):
-    assert quickly(["render", "cube", *words, "--profile", "-o", f"{tmp_path}/"]) == 2
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if "error" in line]
-    assert why in line
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_few_pixels_that_hold_half_of_the_error_are_told(tmp_path, monkeypatch, capsys):
-    """One pixel of 4,096 errs; then all err alike."""
-    from taichi_tracer.picture.film import Film
-
-    spread = np.zeros((64, 64, 3))
-    spread[3, 5] = 1
-    monkeypatch.setattr(Film, "variance_of_mean", lambda self: spread)
-    words = ["render", "cube", "--estimator", "mis", "--environment", "studio", "--size", "64x64", "--spp", "8", "-o"]
-    assert main([*words, str(tmp_path / "a.png")]) == 0
-    told = "note: half of the squared error lies in 1 of 4,096 pixels, which are fireflies"
-    assert told in capsys.readouterr().err
-    spread[:] = 1
-    assert main([*words, str(tmp_path / "a.png")]) == 0
-    assert "fireflies" not in capsys.readouterr().err

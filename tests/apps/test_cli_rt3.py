@@ -1,8 +1,6 @@
 """The command line and RT3's scene files: what the file says, what wins over it, and what is written."""
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.render_request import paths_of, render_of
@@ -32,14 +30,6 @@ def scene(tmp_path, monkeypatch):
         return tmp_path
 
     return write
-
-
-def run(*words):
-    assert main([*words, "--arch", "cpu"] if words[0] != "export" else list(words)) == 0
-
-
-def pixels(path):
-    return np.asarray(Image.open(path))
 
 
 def asked(*words):
@@ -73,15 +63,6 @@ def test_every_picture_of_a_document_has_its_file(scene, capsys):
     assert asked("--view", "normal")[1] == ["renders/scene_normal.png", "renders/scene_normal_2.png"]
     assert main(["render", "scene.xml", "-o", "one.png"]) == 2
     assert "is one file for 2 views" in capsys.readouterr().err
-
-
-def test_info_tells_of_spheres(scene, capsys):
-    scene()
-    run("info", "scene.xml")
-    told = capsys.readouterr().out
-    assert "spheres         1\n" in told
-    assert "simulated, 1 of them" in told
-    assert "simulated, four corners" in told
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from taichi_tracer.apps import cli, commands, grammar
-from taichi_tracer.apps.cli import arguments_of, main, make_parser
+from taichi_tracer.apps import commands, grammar
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.system import wings
 
 HELLO = """
@@ -42,16 +42,6 @@ def test_a_new_command_is_a_new_file(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "hello you\n"
 
 
-@pytest.mark.parametrize("command", ["render", "turntable", "accuracy", "grade"])
-def test_a_command_runs_here_or_on_a_cluster(command, monkeypatch):
-    monkeypatch.setattr(grammar, "load", lambda target: lambda args: target)
-    words = [command, "cube", *(["."] if command == "grade" else [])]
-    args = arguments_of(words)
-    assert args.command(args) == f"{command}:run"
-    args = arguments_of([*words, "--cluster", "local"])
-    assert args.command(args) == f"taichi_tracer.cluster.command:{command}"
-
-
 @pytest.mark.parametrize("module", ["taichi_tracer.no_wing", "taichi_tracer.no_wing.file"])
 def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
     def fails(args):
@@ -61,19 +51,3 @@ def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
     monkeypatch.setattr(grammar, "load", lambda target: fails)
     assert main(["info", "cube"]) == 2
     assert capsys.readouterr().err == "taichi-tracer info: this installation has no taichi_tracer/no_wing\n"
-
-
-@pytest.mark.parametrize("module", ["taichi_tracer.apps.no_file", "no_package", None])
-def test_other_modules_that_are_missing_are_no_wings(module):
-    assert cli.missing_wing(ModuleNotFoundError("missing", name=module)) is None
-
-
-def test_the_study_begins_in_a_process_that_knows_its_bench():
-    from taichi_tracer.apps.commands.accuracy import start_worker
-    from taichi_tracer.studies.workers import StudyWorker
-
-    worker = start_worker()
-    try:
-        assert isinstance(worker, StudyWorker)
-    finally:
-        worker.close()

@@ -6,26 +6,16 @@ from inspect import signature
 import pytest
 
 from taichi_tracer.apps import requests
-from taichi_tracer.apps.cli import main, make_parser
+from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.options import OPTIONS, words_of
 from taichi_tracer.camera import make_camera
 from taichi_tracer.environment import Environment
 from taichi_tracer.formulas.camera_frame import USUAL_HANDEDNESS
 from taichi_tracer.options import SCENE_DEFAULTS
-from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.system import runtime
-from taichi_tracer.system.registry import PARTS
-from taichi_tracer.values import VALUES
 
 WORDS = {"up_axis": "z", "brdfs": "phong,diffuse", "lights": "point", "smooth": "40", "bounces": "0,1-3"}
-# A word that is wrong, for options whose words are not simply names.
-WRONG = (
-    *("--max-bounces 65", "--rr-start-bounce 65", "--rr-termination-probability 1", "--roulette fair"),
-    *("--mis-plight -1", "--mis-plight 0 --mis-pbrdf 0", "--fov 200", "--window 1 0 0 1", "--crop 0 0 0 1"),
-    *("--eye 1 2 3 --at 1 2 3", "--intensity -1", "--exposure 65", "--map-of nothing", "--environment nothing"),
-    *("--handedness up", "--effects none", "--lookup none", "--up-axis x", "--arch abacus", "--precision f8"),
-)
 
 
 def words_for(option):
@@ -46,41 +36,6 @@ def test_the_value_of_an_option_makes_its_words_again(name):
     value = tuple(value) if isinstance(value, list) else value
     again = words_of(**{name: value})
     assert again == ([words[0], "2x2"] if name == "size" else words)
-
-
-@pytest.mark.parametrize("name", sorted(OPTIONS))
-def test_a_default_needs_no_words(name):
-    args = make_parser().parse_args(["render", "cube"])
-    assert words_of(**{name: getattr(args, name) or OPTIONS[name].default}) == []
-
-
-def test_every_value_of_renderers_has_one_option_and_a_renderer():
-    assert sorted(option.value for option in OPTIONS.values() if option.value) == sorted(VALUES)
-    classes = [cls for cls in PARTS.all("renderer") if issubclass(cls, ProgressiveRenderer)]
-    assert {name for cls in classes for name in cls.value_names} >= VALUES.keys()
-
-
-@pytest.fixture
-def not_loaded(monkeypatch):
-    """Loading a scene ends a test."""
-
-    def load(*_, **__):
-        pytest.fail("the scene was loaded")
-
-    monkeypatch.setattr(requests, "load_scene_data", load)
-
-
-@pytest.mark.parametrize("name", sorted(name for name, option in OPTIONS.items() if option.part))
-def test_a_wrong_name_is_refused_before_a_scene_is_loaded(name, not_loaded, capsys, tmp_path):
-    words = [OPTIONS[name].flag, "nothing", "-o", str(tmp_path / "x.png")]
-    assert main(["render", "cube", *words]) == 2
-    assert "'nothing'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", WRONG)
-def test_a_wrong_value_is_refused_before_a_scene_is_loaded(words, not_loaded, capsys, tmp_path):
-    assert main(["render", "cube", "--view", "mis", *words.split(), "-o", str(tmp_path / "x.png")]) == 2
-    assert capsys.readouterr().err.startswith("taichi-tracer: error: ")
 
 
 @pytest.mark.parametrize("words", ["--max-bounces 3", "--mis-plight 1", "--map-of brdf", "--max-distance 3"])

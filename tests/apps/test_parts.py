@@ -3,15 +3,11 @@
 import numpy as np
 import pytest
 
-import taichi_tracer as tt
-from taichi_tracer.apps import viewer
-from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.display import WindowVerdict
-from taichi_tracer.apps.words import as_value
+from taichi_tracer.apps.cli import main
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard.catalogue import all_renderer_cases
 from taichi_tracer.studies.hard.modes import OWN_TEST
-from taichi_tracer.system.registry import PARTS, load_parts
+from taichi_tracer.system.registry import PARTS
 
 PARTS_FILE = '''
 import taichi as ti
@@ -177,39 +173,6 @@ def test_a_help_lists_the_names_of_the_file_with_the_others(command, shown, part
     assert [name for name in shown if name not in words] == []
 
 
-def test_a_help_marks_what_counts_when_nothing_is_said(capsys):
-    with pytest.raises(SystemExit):
-        main(["render", "--help"])
-    out = " ".join(capsys.readouterr().out.split())
-    for words in ("bvh*", "watertight*", "niederreiter*", "perspective*", "left*", "nearest*", "normal*", "f32*"):
-        assert words in out
-    with pytest.raises(SystemExit):
-        main(["accuracy", "--help"])
-    out = " ".join(capsys.readouterr().out.split())
-    assert "precisions: f32*, f64*" in out
-    assert "forms: fast*, plain" in out
-
-
-def test_names_that_no_part_has_are_errors(parts, capsys):
-    for words, told in (
-        (("--brdfs", "gray"), "unknown BRDF 'gray': did you mean 'grey'?"),
-        (("--lights", "grey,lamb"), "unknown light 'grey'"),
-        (("--view", "heet"), "did you mean 'heat'?"),
-    ):
-        assert main(["render", "cube", *parts, *words, "--size", "8", "-o", "x.png"]) == 2
-        assert told in capsys.readouterr().err
-
-
-def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypatch, tmp_path):
-    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
-    monkeypatch.setattr(viewer, "save", lambda renderer, folder: tmp_path / renderer.active.name)
-    monkeypatch.setattr(tt.A1Renderer, "render", lambda self, spp: self)
-    written = []
-    monkeypatch.setattr(viewer, "print", lambda *words: written.append(" ".join(map(str, words))), raising=False)
-    assert main(["view", "cube", *parts, "--size", "8"]) == 0
-    assert f"  {tmp_path / 'heat'}" in written
-
-
 def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeypatch):
     tried = []
 
@@ -228,25 +191,6 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
     assert not any(mode.plain for mode in modes)
     assert any(mode.plain for mode in hard_cases.modes_of("full"))
     assert [case.name for case in cases if case.name.startswith("BRDF grey: ")] != []
-
-
-def test_several_files_and_a_module_beside_one(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "folder" / "colours.py").write_text("RED = (1.0, 0.0, 0.0)\n")
-    view = "import taichi as ti\nimport taichi_tracer as tt\n{}\n"
-    view += f"@tt.register\nclass {{}}(tt.View):\n    name = {{!r}}\n\n{COLOR}"
-    (tmp_path / "folder" / "a.py").write_text(view.format("from colours import RED", "A", "a_view"))
-    (tmp_path / "b.py").write_text(view.format("", "B", "b_view"))
-    with pytest.raises(SystemExit):
-        main(["render", "--parts", "folder/a.py", "--help", "--parts=b.py"])
-    assert "a_view, b_view, all" in " ".join(capsys.readouterr().out.split())
-
-
-def test_a_file_may_be_loaded_again(parts):
-    first = load_parts(parts[1])
-    assert [part.name for part in first] == [part.name for part in load_parts(parts[1])]
-    assert len(first) == len(NAMES)
 
 
 # ── files that are wrong ──
@@ -296,30 +240,4 @@ def test_a_wrong_file_is_one_line_with_the_place(case, tmp_path, monkeypatch, ca
         assert told in error
 
 
-def test_two_files_cannot_have_one_name(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    text = BEGIN + f"@tt.register\nclass A(tt.View):\n    name = 'a_view'\n\n{COLOR}"
-    for name in ("first.py", "second.py"):
-        (tmp_path / name).write_text(text)
-    assert main(["info", "cube", "--parts", "first.py", "--parts", "second.py"]) == 2
-    error = capsys.readouterr().err
-    assert "second.py:5: register: there is another integrator called 'a_view', registered by" in error
-    assert "first.py" in error
-
-
-def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my_parts.py").write_text(BEGIN + "@tt.register\nclass A(tt.Brdf):\n    name = 'a_brdf'\n")
-    assert main(["info", "cube", "--parts", "my_parts.py"]) == 2
-    assert "my_parts.py:6: A lacks describes(self, material, dtype)" in capsys.readouterr().err
-
-
 # ── the plain forms ──
-
-
-LIGHT = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]
-
-
-def test_plain_is_a_word_of_the_command_that_makes_the_scene_again():
-    args = make_parser().parse_args([as_value(w) for w in ["view", "cube", "--plain"]])
-    assert args.plain

@@ -22,14 +22,3 @@ def test_curves_of_all_estimators_are_drawn():
     assert pixels_of(both, plot.COLOURS[1]) > 50
     assert pixels_of(alone, plot.COLOURS[1]) == 0
     assert pixels_of(both, plot.COLOURS[2]) == 0  # one point is no curve
-
-
-def test_errors_that_are_not_known_are_left_out():
-    empty = plot.draw_curves({}, "mis", 248, 170)
-    nothing = plot.draw_curves({"mis": [(0.1, float("nan")), (0.2, 0.0)]}, "mis", 248, 170)
-    np.testing.assert_array_equal(empty, nothing)
-
-
-def test_ticks_are_one_two_and_five_and_powers_of_ten_come_first():
-    assert plot.ticks(0.8, 12) == [1, 10, 2, 5]
-    assert plot.ticks(2.5, 4) == []

@@ -1,10 +1,9 @@
 """``taichi-tracer samples``: tables and pictures for environments and scenes, and one line for what cannot be."""
 
-import numpy as np
 import pytest
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.files.images import read_image, save_image
+from taichi_tracer.files.images import read_image
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -18,13 +17,6 @@ def test_an_environment_gets_a_table_and_two_maps(tmp_path, capsys):
     assert names == ["samples_white_importance.png", "samples_white_uniform.png"]
     assert all(f"wrote {tmp_path / 'new' / name}" in out for name in names)
     assert read_image(tmp_path / "new" / names[0]).shape[1] == 960
-
-
-def test_an_image_is_an_environment(tmp_path, capsys):
-    save_image(tmp_path / "own.npy", np.ones((4, 8, 3), np.float32))
-    assert main(["samples", str(tmp_path / "own.npy"), "--count", "100", "-o", str(tmp_path)]) == 0
-    assert "own, 8x4: 100 samples" in capsys.readouterr().out
-    assert (tmp_path / "samples_own_uniform.png").exists()
 
 
 @pytest.mark.parametrize(
@@ -48,9 +40,3 @@ def test_what_cannot_be_sampled_is_told_in_one_line(words, message, tmp_path, ca
     assert message in error
     assert error.count("\n") == 1
     assert not (tmp_path / "new").exists()
-
-
-def test_a_folder_that_cannot_be_made_is_known_before_any_sample(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert main(["samples", "white", "-o", str(tmp_path / "file")]) == 2
-    assert "cannot be made" in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 import io
 import json
-import threading
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.session import Session
 from taichi_tracer.files.srgb import to_bytes
-from taichi_tracer.system.errors import InputError
 
 SIZE = (32, 24)
 
@@ -78,14 +76,6 @@ def test_the_picture_at_rest_is_lossless(session):
     assert {"hit", "normal", "mis", "path"} <= set(names)
 
 
-def test_a_view_that_is_complete_is_rendered_no_more(session):
-    number = settle(session).number
-    for _ in range(5):
-        watch(session)
-        assert not session.step(0.0)
-    assert session.newest(0).number == number
-
-
 def test_dragging_orbits_and_sends_jpeg(session):
     settle(session)
     before = session.renderer.camera.eye
@@ -106,18 +96,6 @@ def test_dragging_orbits_and_sends_jpeg(session):
     session.post({"type": "reset"})
     settle(session)
     assert np.allclose(session.renderer.camera.eye, session.first_camera["eye"])
-
-
-def test_a_held_key_moves_the_camera_until_it_is_released(session):
-    session.post({"type": "key", "key": "d", "down": True})
-    session.step(0.0)
-    session.step(0.0)
-    assert session.keys == {"d"}
-    session.post({"type": "blur"})
-    session.step(0.0)
-    assert session.keys == set()
-    session.post({"type": "reset"})
-    session.step(0.0)
 
 
 def test_choices_and_what_cannot_be_chosen(session):
@@ -147,29 +125,6 @@ def test_choices_and_what_cannot_be_chosen(session):
     session.step(0.0)
 
 
-def test_what_makes_the_picture_again_is_told(session):
-    session.post({"type": "same"})
-    session.step(0.0)
-    assert "taichi-tracer render cube" in session.explanation
-    assert "renderer = tt.A1Renderer(scene, 32, 24" in session.explanation
-
-
-def test_what_is_told_goes_when_what_it_tells_of_goes(session):
-    for last in ({"type": "close"}, {"type": "exposure", "value": 1}, {"type": "drag", "dx": 0.1, "dy": 0.0}):
-        session.post({"type": "same"})
-        settle(session)
-        assert "render cube" in session.explanation
-        session.post(last)
-        settle(session)
-        assert session.explanation == ""
-
-
-def test_the_camera_is_told_as_options(session):
-    session.post({"type": "camera"})
-    details = json.loads(settle(session).details)
-    assert details["explanation"].startswith("<pre>--eye ")
-
-
 def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     before = settle(session)
     session.post({"type": "point", "column": 16, "row": 12})
@@ -187,12 +142,6 @@ def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     assert moved.data_after(frame.number) == moved.data != b""
 
 
-def test_each_choice_is_answered_even_if_it_changes_nothing(session):
-    before = settle(session)
-    session.post({"type": "use", "what": "view", "name": "normal"})
-    assert settle(session).details_number > before.details_number
-
-
 def test_nothing_is_rendered_while_nobody_watches(session):
     number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)
@@ -202,45 +151,3 @@ def test_nothing_is_rendered_while_nobody_watches(session):
         session.step(0.01)
     assert session.newest(0).number == number
     assert settle(session).number > number
-
-
-def test_another_thread_asks_the_session_and_gets_its_errors(session):
-    settle(session)
-    answers = []
-
-    def ask():
-        answers.append(session.call(lambda: session.file("png"))[:4])
-        try:
-            session.call(lambda: session.file("gif"))
-        except InputError as error:
-            answers.append(str(error))
-
-    thread = threading.Thread(target=ask)
-    thread.start()
-    while thread.is_alive():
-        session.step(0.01)
-    assert answers[0] == b"\x89PNG"
-    assert "gif" in answers[1]
-
-
-def test_a_key_that_is_only_tapped_moves_the_camera(session):
-    settle(session)
-    before = session.renderer.camera.eye
-    for down in (True, False):
-        session.post({"type": "key", "key": "d", "down": down})
-    session.step(0.0)
-    assert not np.allclose(before, session.renderer.camera.eye)
-    assert session.keys == set()
-
-
-def test_what_nobody_takes_is_not_rendered(session):
-    settle(session)
-    session._polls = False
-    pictures = session._pictures
-    for k in range(10):
-        session.post({"type": "drag", "dx": 0.01 * k, "dy": 0})
-        session.step(0.0)
-    assert session._pictures == pictures
-    session.ask()
-    session.step(0.0)
-    assert session._pictures == pictures + 1

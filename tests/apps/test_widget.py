@@ -22,18 +22,6 @@ def test_without_anywidget_one_line_says_what_to_install(scene, monkeypatch):
         tt.show(scene)
 
 
-def test_what_cannot_be_shown_is_an_error():
-    pytest.importorskip("anywidget")
-    with pytest.raises(InputError, match="show takes a scene or a renderer, not 'cube'"):
-        tt.show("cube")
-
-
-def test_outside_a_notebook_it_says_so(scene):
-    pytest.importorskip("anywidget")
-    with pytest.raises(InputError, match="show needs a notebook"):
-        tt.show(scene)
-
-
 async def until(condition, most=2000):
     """Let other tasks run until a condition holds."""
     for _ in range(most):

@@ -1,6 +1,5 @@
 """The command ``render --cluster``, and pictures of a cluster in Python."""
 
-import json
 import sys
 
 import pytest
@@ -47,27 +46,3 @@ def test_without_dask_one_line_says_what_to_install(where, monkeypatch, capsys):
 def test_what_cannot_be_is_told_before_anything_starts(words, told, capsys):
     pytest.importorskip("distributed")
     assert told in told_by([*WORDS, *words], capsys, code=2)
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["mine", "submissions"], "to which no assignment of your own is sent"),
-        (["rt3", "missing"], "missing: no such file or folder"),
-        (["rt3", "folders"], "a cluster grades zip files, and this is a folder"),
-        (["rt3", "OUT.zip", "--gradescope-upload"], "--gradescope-upload grades nothing"),
-    ],
-)
-def test_what_a_cluster_cannot_grade_is_told(words, told, tmp_path, capsys):
-    pytest.importorskip("distributed")
-    (tmp_path / "folders" / "123456789").mkdir(parents=True)
-    assert told in told_by(["grade", *words, "--cluster", "local:1"], capsys, code=2)
-
-
-def test_the_simulation_runs_and_ends_at_a_wall():
-    from benchmarks.cluster import MEASURED, simulate
-
-    small, large = simulate(10, MEASURED), simulate(10_000, MEASURED)
-    assert small.efficiency > 0.9
-    assert large.efficiency < small.efficiency
-    assert json.dumps(vars(small))

@@ -24,11 +24,6 @@ def test_steps_between_begin_and_end_are_within_the_step():
     assert [s.order for s in (steps[0], steps[1], steps[1].steps[0], steps[2])] == [0, 1, 2, 3]
 
 
-def test_a_miss_has_no_other_numbers():
-    steps = steps_of([noted("query_segment", "begin"), noted("query_segment", "end", is_hit=0, distance=math.inf)])
-    assert steps[0].values == {"is_hit": 0}
-
-
 @pytest.mark.parametrize(
     ("values", "words"),
     [

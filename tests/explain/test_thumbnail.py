@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from taichi_tracer.explain.thumbnail import RING, SIDE, shrunk, thumbnail
+from taichi_tracer.explain.thumbnail import RING, SIDE, thumbnail
 from taichi_tracer.tones.display import Display
 
 
@@ -32,12 +32,3 @@ def test_the_ring_is_around_the_pixel(size):
         assert float(ring.get("r")) == RING
     (data,) = re.findall(r"data:image/png;base64,([\w+/=]+)", svg)
     assert max(Image.open(io.BytesIO(base64.b64decode(data))).size) <= SIDE
-
-
-def test_each_pixel_of_a_small_picture_is_the_mean_of_a_block():
-    image = np.arange(401 * 4 * 3, dtype=float).reshape(401, 4, 3)
-    small = shrunk(image)
-    assert small.shape == (134, 2, 3)
-    assert np.allclose(small[0, 0], image[:3, :3].mean(axis=(0, 1)))
-    assert np.allclose(small[-1, -1], image[399:, 3:].mean(axis=(0, 1)))
-    assert np.array_equal(shrunk(image[:160]), image[:160])

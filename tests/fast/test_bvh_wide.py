@@ -7,7 +7,7 @@ import pytest
 from shapes import BOXES
 
 from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference, quantise
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, quantise
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -43,20 +43,6 @@ def test_every_item_is_in_one_leaf_within_its_box(name, rng):
     assert (seen == 1).all()
     assert depth <= wide.depth
     assert waiting <= max(wide.stack_size, 1)
-
-
-def test_nodes_are_well_filled(rng):
-    wide = collapse(bvh_build.build(np.ascontiguousarray(BOXES["many, in groups"](rng), np.float32)))
-    children = (wide.planes[:, 0] <= wide.planes[:, 3]).sum(axis=1)
-    assert children.mean() > 0.6 * WIDTH
-
-
-def test_leaf_references_are_negative_and_come_back():
-    begin = np.array([0, 1, 77, 100_000_000])
-    references = leaf_reference(begin, begin + [1, 8, 3, 0])
-    assert (references < 0).all()
-    assert (references >= -(2**31)).all()
-    assert [leaf_range(int(r)) for r in references] == [(0, 1), (1, 8), (77, 3), (100_000_000, 0)]
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

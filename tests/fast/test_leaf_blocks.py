@@ -9,44 +9,9 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.bvh_build import BLOCK
-from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import first_lane
-from taichi_tracer.fast.leaf_blocks import aim_of, in_blocks, primitives_at_once
-from taichi_tracer.formulas.triangles import moller_trumbore, watertight
+from taichi_tracer.fast.leaf_blocks import aim_of
 from taichi_tracer.ray import Ray
-
-
-def test_every_leaf_begins_with_a_block_of_its_own(rng):
-    sizes = rng.integers(1, 9, 50)
-    begin = np.cumsum(sizes) - sizes
-    leaves = leaf_reference(begin, begin + sizes)
-    shuffled = rng.permutation(50)
-    references = np.concatenate([[3, ABSENT], leaves[shuffled], [7, ABSENT]]).astype(np.int32)
-    moved, places = in_blocks(references, sizes.sum())
-    assert moved[[0, 1, -2, -1]].tolist() == [3, ABSENT, 7, ABSENT]
-    codes = -1 - moved[2:-2]
-    first, count = codes >> LEAF_BITS, codes & ((1 << LEAF_BITS) - 1)
-    assert (count == sizes[shuffled]).all()
-    assert (first % BLOCK == 0).all()
-    for leaf, start_of in zip(shuffled, first, strict=True):
-        own = places[begin[leaf] : begin[leaf] + sizes[leaf]]
-        assert own.tolist() == list(range(start_of, start_of + sizes[leaf]))
-    blocks = [set(places[b : b + n] // BLOCK) for b, n in zip(begin, sizes, strict=True)]
-    assert sum(map(len, blocks)) == len(set().union(*blocks))
-
-
-def test_no_leaves_have_no_places():
-    moved, places = in_blocks(np.array([ABSENT, 0], np.int32), 0)
-    assert moved.tolist() == [ABSENT, 0]
-    assert len(places) == 0
-
-
-def test_only_triangles_of_a_test_with_a_form_for_blocks_are_tested_at_once():
-    assert (
-        primitives_at_once(watertight, is_mixed=False) == primitives_at_once(moller_trumbore, is_mixed=False) == BLOCK
-    )
-    assert primitives_at_once(watertight, is_mixed=True) == 1
-    assert primitives_at_once(lambda o, d, v0, v1, v2: None, is_mixed=False) == 1
 
 
 @pytest.mark.parametrize("test", ["watertight", "moller_trumbore"])

@@ -59,19 +59,3 @@ def test_a_file_is_replaced_only_when_the_other_one_is_complete(tmp_path, monkey
     with pytest.raises(OSError, match="the disk is full"):
         checkpoint.write_checkpoint(path, {"seed": 2}, {"x": np.ones(3)})
     assert path.read_bytes() == before
-
-
-def test_what_does_not_belong_together_is_told_by_its_first_difference():
-    facts = {"scene": "abc", "seed": 3, "size": [2, 2]}
-    checkpoint.check_same("a", facts, "b", dict(facts))
-    with pytest.raises(tt.InputError, match=r"^a: its samples do not belong to b: another seed: 3 there, 4 here$"):
-        checkpoint.check_same("a", facts, "b", facts | {"seed": 4})
-    with pytest.raises(tt.InputError, match="another scene$"):  # a hash tells nobody anything
-        checkpoint.check_same("a", facts, "b", facts | {"scene": "def"})
-    with pytest.raises(tt.InputError, match="another light: 1 there, None here"):
-        checkpoint.check_same("a", facts | {"light": 1}, "b", facts)
-
-
-def test_ranges_in_words():
-    assert checkpoint.show_ranges([[0, 64]]) == "0 to 63"
-    assert checkpoint.show_ranges([[0, 2], [5, 6]]) == "0 to 1, 5 to 5"

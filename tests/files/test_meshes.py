@@ -11,11 +11,10 @@ from shapes import SQUARE, sphere
 from support import data_file
 
 import taichi_tracer as tt
-from taichi_tracer.files import EXTENSIONS, read
+from taichi_tracer.files import read
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import joined
-from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.system.errors import InputError
 
 PLY = """ply
 format ascii 1.0
@@ -116,51 +115,10 @@ def test_ply_polygons_become_triangles_in_the_files_order(mesh_of):
     assert mesh.face_materials.tolist() == [0, 0]
 
 
-def test_a_ply_quad_covers_its_square(mesh_of):
-    mesh = mesh_of("a.ply", ply(CORNERS + "4 0 1 2 3\n"))
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    assert np.cross(b - a, c - a).tolist() == [[0, 0, 1], [0, 0, 1]]
-    assert len({tuple(sorted(f)) for f in mesh.faces.tolist()}) == 2
-
-
-def test_equal_vertices_of_a_ply_are_not_merged(mesh_of):
-    mesh = mesh_of("a.ply", ply("0 0 0\n0 0 0\n1 0 0\n0 1 0\n3 0 2 3\n3 1 2 3\n", faces=2))
-    assert mesh.faces.tolist() == [[0, 2, 3], [1, 2, 3]]
-
-
 def test_ply_normals_are_those_of_the_file(mesh_of):
     mesh = mesh_of("a.ply", ply("0 0 0 1 0 0\n1 0 0 0 1 0\n1 1 0 0 0 -1\n3 0 1 2\n", vertices=3, more=NORMALS))
     assert mesh.normals.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
     assert mesh.face_normals.tolist() == [[0, 1, 2]]
-
-
-def test_ply_colours_are_linear_afterwards(mesh_of):
-    colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    rows = "0 0 0 255 0 0\n1 0 0 0 128 0\n1 1 0 0 0 0\n"
-    mesh = mesh_of("a.ply", ply(f"{rows}3 0 1 2\n3 2 1 0\n", vertices=3, faces=2, more=colors))
-    assert mesh.materials == [Material(Kd=(1, 1, 1))]
-    assert mesh.notes == []
-    expected = np.array([[1, 0, 0], [0, 0.2158605, 0], [0, 0, 0]])
-    np.testing.assert_allclose(mesh.corner_color, [expected, expected[::-1]], atol=1e-6)
-
-
-def test_gltf_colours_are_linear_already_and_multiply_the_base_colour(tmp_path):
-    look = trimesh.visual.material.PBRMaterial(baseColorFactor=[255, 255, 255, 255], metallicFactor=1.0)
-    mesh = trimesh.Trimesh(np.eye(3), [[0, 1, 2]], process=False)
-    mesh.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
-    mesh.visual.vertex_attributes["color"] = np.array([[255, 0, 0, 255], [0, 51, 0, 255], [0, 0, 0, 255]], np.uint8)
-    trimesh.Scene(mesh).export(tmp_path / "a.glb")
-    found = read(tmp_path / "a.glb")
-    np.testing.assert_allclose(found.corner_color[0], [[1, 0, 0], [0, 0.2, 0], [0, 0, 0]], atol=1e-6)
-    assert found.materials[0].value("metallic", (0.0,) * 3) == (1, 1, 1)
-
-
-def test_colours_of_faces_are_those_of_their_corners():
-    mesh = trimesh.Trimesh(*SQUARE, process=False, face_colors=[[255, 0, 0, 255], [0, 0, 255, 255]])
-    found = from_trimesh(mesh)
-    assert found.corner_color[:, :, [0, 2]].tolist() == [[[1, 0]] * 3, [[0, 1]] * 3]
-    joined_ones = joined([found, from_trimesh(trimesh.Trimesh(*SQUARE, process=False))], [Material()], "two")
-    assert joined_ones.corner_color[2:].tolist() == np.ones((2, 3, 3)).tolist()
 
 
 @pytest.mark.parametrize("encoding", ["binary", "ascii"])
@@ -182,25 +140,10 @@ def test_stl_triangles_keep_their_order_and_get_no_normals(mesh_of, content):
     assert mesh.normals.shape == mesh.face_normals.shape == (0, 3)
 
 
-def test_a_binary_stl_whose_header_begins_with_solid_is_read(mesh_of):
-    assert len(mesh_of("a.stl", binary_stl(SQUARE[0][SQUARE[1]], b"solid by some programs")).faces) == 2
-
-
 def test_off_keeps_the_files_order(mesh_of):
     mesh = mesh_of("a.off", b"OFF\n# a comment\n4 2 0\n" + CORNERS.encode() + b"3 2 1 0\n3 0 2 3\n")
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
-
-
-def test_off_colours_are_told_and_not_used(mesh_of):
-    faces, corners = b"3 2 1 0\n3 0 2 3\n", CORNERS.encode()
-    plain = b"OFF\n4 2 0\n" + corners + faces
-    of_vertices = b"COFF\n4 2 0\n" + corners.replace(b"\n", b" 255 0 0 255\n") + faces
-    of_faces = b"OFF 4 2 0 # and colours\n" + corners + faces.replace(b"\n", b" 255 0 0\n")
-    for content, is_told in ((plain, False), (of_vertices, True), (of_faces, True)):
-        mesh = mesh_of("a.off", content)
-        assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
-        assert [note.split(": ")[1] for note in mesh.notes] == ["colours are not used"] * is_told
 
 
 # glTF
@@ -216,57 +159,6 @@ def test_transforms_of_a_node_and_its_parents_are_applied(mesh_of):
     mesh = mesh_of("a.glb", glb(nodes))
     assert np.allclose(mesh.vertices, np.stack([10 - 3 * y, 2 * x, z + 5], -1), atol=1e-6)
     assert np.array_equal(mesh.faces, SQUARE[1])
-
-
-def test_a_mesh_in_several_nodes_is_there_several_times(mesh_of):
-    nodes = [{"children": [1, 2]}, {"mesh": 0}, {"mesh": 0, "translation": [0, 0, 7]}]
-    mesh = mesh_of("a.glb", glb(nodes))
-    assert sorted(mesh.vertices[mesh.faces[:, 0], 2].tolist()) == [0, 0, 7, 7]
-    assert np.unique(mesh.faces).tolist() == list(range(8))
-
-
-def test_siblings_stand_in_the_order_of_the_file(mesh_of):
-    """Each before its children, and these before the next sibling; parts of a mesh in their order, too."""
-    shift = [{"translation": [0, 0, z]} for z in range(10)]
-    nodes = [
-        {"children": [3, 1]},
-        {"mesh": 0, "children": [4, 2], **shift[1]},
-        {"mesh": 0, **shift[1]},
-        {"mesh": 0, "name": "first", **shift[5]},
-        {"mesh": 0, **shift[2]},
-        {"mesh": 0, "name": "root", **shift[9]},
-    ]
-    mesh = mesh_of("a.glb", glb(nodes, scenes=[{"nodes": [5, 0]}]))
-    assert mesh.vertices[mesh.faces[::2, 0], 2].tolist() == [9, 5, 1, 3, 2]
-
-
-def test_what_is_below_a_camera_has_its_place(mesh_of):
-    nodes = [{"camera": 0, "children": [1], "translation": [0, 0, 4]}, {"mesh": 0, "translation": [0, 0, 3]}]
-    camera = {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "aspectRatio": 1}}
-    assert mesh_of("a.glb", glb(nodes, cameras=[camera])).vertices[:, 2].tolist() == [7] * 4
-
-
-@pytest.mark.parametrize("ids", [None, [2, 3, 0, 1]])
-def test_a_fan_of_triangles_is_read(ids, mesh_of):
-    """With the fronts, the colours and the normals of its vertices; another part of the file stays as it is."""
-    content, buffer = gltf([{"mesh": 0}], normals=[[0, 0, 1]] * 4)
-    colors = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 0, 255]], np.uint8)
-    places = [{"buffer": 0, "byteOffset": len(buffer) + 16 * k, "byteLength": 16} for k in range(2)]
-    content["bufferViews"] += places
-    content["accessors"] += [{"bufferView": 3, "componentType": 5125, "count": 4, "type": "SCALAR"}]
-    content["accessors"] += [{"bufferView": 4, "componentType": 5121, "count": 4, "type": "VEC4", "normalized": True}]
-    (plain,) = content["meshes"][0]["primitives"]
-    fan = {"mode": 6, "attributes": {**plain["attributes"], "COLOR_0": 4}} | ({} if ids is None else {"indices": 3})
-    content["meshes"][0]["primitives"] = [plain, fan]
-    buffer += np.asarray(ids or range(4), "<u4").tobytes() + colors.tobytes()
-    content["buffers"] = [{"byteLength": len(buffer), "uri": "data:;base64," + base64.b64encode(buffer).decode()}]
-    mesh = mesh_of("a.gltf", json.dumps(content).encode())
-    assert mesh.notes == []
-    np.testing.assert_array_equal(mesh.faces[:2], SQUARE[1])
-    faces = mesh.faces[2:] - 4
-    assert faces.tolist() == ([[1, 2, 0], [2, 3, 0]] if ids is None else [[3, 0, 2], [0, 1, 2]])
-    np.testing.assert_allclose(mesh.corner_color[2:], (colors[:, :3] / 255)[faces], atol=1e-6)
-    np.testing.assert_array_equal(mesh.face_normals, mesh.faces)
 
 
 def test_a_mirrored_node_keeps_fronts_in_front(mesh_of):
@@ -320,26 +212,6 @@ def test_metalness_and_roughness_are_those_of_the_format(metal, roughness, kd, f
     assert [scene.material_library.brdfs[i].name for i in scene.effects.brdfs] == [brdf]
 
 
-@pytest.mark.parametrize(
-    "look",
-    [
-        {"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}},
-        {"pbrMetallicRoughness": {}, "extensions": {"KHR_materials_unlit": {}}},
-        {"name": "plain"},
-    ],
-)
-def test_what_has_no_known_roughness_is_diffuse(look, mesh_of):
-    (material,) = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,))).materials
-    assert (material.Kd, material.is_rough) == ((1, 1, 1), False)
-
-
-def test_two_materials_with_one_name_stay_two(mesh_of):
-    looks = [{"name": "x", "emissiveFactor": [1, 0, 0]}, {"name": "x", "emissiveFactor": [0, 1, 0]}]
-    mesh = mesh_of("a.glb", glb([{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1}], looks, (0, 1)))
-    assert sorted(m.Ke for m in mesh.materials) == [(0, 1, 0), (1, 0, 0)]
-    assert np.bincount(mesh.face_materials).tolist() == [2, 2]
-
-
 def test_a_gltf_text_with_its_buffer_inside_or_beside_is_read(mesh_of, tmp_path):
     content, buffer = gltf([{"mesh": 0}], [{"name": "lamp", "emissiveFactor": [1, 1, 1]}], (0,))
     (tmp_path / "data.bin").write_bytes(buffer)
@@ -349,43 +221,6 @@ def test_a_gltf_text_with_its_buffer_inside_or_beside_is_read(mesh_of, tmp_path)
         mesh = mesh_of("a.gltf", json.dumps(content).encode())
         assert np.array_equal(mesh.vertices, SQUARE[0])
         assert mesh.materials[0].Ke == (1, 1, 1)
-
-
-def test_other_textures_than_the_base_colour_are_told(mesh_of):
-    look = {
-        "name": "x",
-        "normalTexture": {"index": 0},
-        "emissiveTexture": {"index": 0},
-    }
-    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
-    told = "textures are not used: normalTexture, emissiveTexture"
-    assert [note.split(": ", 1)[1] for note in mesh.notes] == [f"material 'x': {told}"]
-
-
-def test_a_picture_of_the_layer_has_roughness_and_metalness(tmp_path):
-    """Green and blue, linear; the factors are those of the file."""
-    from PIL import Image
-
-    picture = Image.fromarray(np.array([[[9, 51, 255]]], np.uint8))
-    factors = {"metallicFactor": 0.5, "roughnessFactor": 0.8, "baseColorFactor": [255, 0, 0, 255]}
-    look = trimesh.visual.material.PBRMaterial(metallicRoughnessTexture=picture, **factors)
-    mesh = trimesh.Trimesh(np.eye(3), [[0, 1, 2]], process=False)
-    mesh.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
-    trimesh.Scene(mesh).export(tmp_path / "a.glb")
-    (material,) = read(tmp_path / "a.glb").materials
-    np.testing.assert_allclose(material.map_layer.pixels, [[[9 / 255, 0.2, 1]]], atol=1e-6)
-    assert (material.alpha_x, material.extra["metallic"]) == (pytest.approx(0.64), (0.5, 0.5, 0.5))
-    assert (material.extra["base"], material.Kd) == ((1, 0, 0), (0.5, 0, 0))
-
-
-def test_a_texture_of_the_base_colour_that_cannot_be_read_is_told(mesh_of):
-    look = {"name": "x", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
-    assert [note.split(": ", 1)[1] for note in mesh.notes] == [
-        "the baseColorTexture of material 'x' cannot be read, and is not used"
-    ]
-    assert mesh.materials[0].map_Kd is None
-    assert not mesh.has_pictures
 
 
 def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
@@ -440,19 +275,6 @@ def test_damaged_files_are_refused_by_name(mesh_of, name, content, message):
     assert name in str(caught.value)
 
 
-def test_a_binary_ply_may_mix_triangles_and_quads(mesh_of):
-    header, _ = ply("", faces=2).replace(b"ascii", b"binary_little_endian").split(b"end_header\n")
-    points = np.asarray(SQUARE[0], "<f4").tobytes()
-    polygons = struct.pack("<B3i", 3, 0, 1, 2) + struct.pack("<B4i", 4, 0, 1, 2, 3)
-    assert len(mesh_of("a.ply", header + b"end_header\n" + points + polygons).faces) == 3
-
-
-@pytest.mark.parametrize("extension", EXTENSIONS)
-def test_a_missing_file_is_named(tmp_path, extension):
-    with pytest.raises(MissingFileError, match=rf"none\{extension}: no such file"):
-        read(tmp_path / f"none{extension}")
-
-
 # trimesh's objects
 
 
@@ -464,19 +286,6 @@ def test_a_trimesh_keeps_its_vertices_and_faces():
     assert len(mesh.normals) == 0
 
 
-def test_normals_that_were_looked_at_do_not_make_a_mesh_smooth():
-    box = trimesh.creation.box()
-    assert len(box.vertex_normals) == 8
-    assert from_trimesh(box).normals.shape == (0, 3)
-
-
-def test_normals_that_were_set_are_taken():
-    wanted = np.tile([0.6, 0, 0.8], (4, 1))
-    mesh = from_trimesh(trimesh.Trimesh(*SQUARE, vertex_normals=wanted, process=False))
-    assert np.allclose(mesh.normals, wanted)
-    assert np.array_equal(mesh.face_normals, SQUARE[1])
-
-
 def test_a_scene_is_the_sum_of_its_placed_meshes():
     scene = trimesh.Scene()
     for shift in (0, 5):
@@ -485,18 +294,6 @@ def test_a_scene_is_the_sum_of_its_placed_meshes():
     mesh = from_trimesh(scene)
     assert mesh.vertices[mesh.faces[:, 0], 2].tolist() == [0, 0, 5, 5]
     assert mesh.face_materials.tolist() == [0, 0, 0, 0]
-
-
-def test_the_diffuse_colour_of_a_trimesh_is_its_kd():
-    look = trimesh.visual.material.SimpleMaterial(name="red", diffuse=[255, 51, 0, 255])
-    visual = trimesh.visual.TextureVisuals(uv=np.zeros((4, 2)), material=look)
-    mesh = from_trimesh(trimesh.Trimesh(*SQUARE, visual=visual, process=False))
-    assert [(m.name, m.Kd) for m in mesh.materials] == [("red", (1.0, 0.2, 0.0))]
-
-
-def test_what_is_no_trimesh_is_refused():
-    with pytest.raises(InputError, match=r"a trimesh.Trimesh or a trimesh.Scene is needed, not ndarray"):
-        from_trimesh(np.zeros((3, 3)))
 
 
 # Real meshes
@@ -517,32 +314,12 @@ def test_real_meshes_have_their_triangles_normals_and_bounds(name, triangles, no
     assert (mesh.faces.min(), mesh.faces.max()) == (0, len(mesh.vertices) - 1)
 
 
-def test_a_real_stl_is_the_numbers_of_its_records():
-    path = data_file("featuretype.STL")
-    records = np.frombuffer(path.read_bytes(), [("f", "<f4", (4, 3)), ("attribute", "<u2")], offset=84)
-    mesh = read(path)
-    assert np.array_equal(mesh.vertices[mesh.faces], records["f"][:, 1:])
-
-
 def test_lights_of_a_file_light_its_scene(tmp_path):
     lights = {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 3.0}]}}
     node = {"extensions": {"KHR_lights_punctual": {"light": 0}}}
     (tmp_path / "a.glb").write_bytes(glb([{"mesh": 0, "children": [1]}, node], extensions=lights))
     mesh = read(tmp_path / "a.glb")
     assert [name for name, _ in mesh.lights] == ["directional"]
-
-
-def test_parts_with_one_look_share_a_material_and_its_picture():
-    from PIL import Image
-
-    look = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.new("RGB", (2, 2), (255, 0, 0)))
-    scene = trimesh.Scene()
-    for k in range(2):
-        part = trimesh.Trimesh(np.eye(3) + k, [[0, 1, 2]], process=False)
-        part.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
-        scene.add_geometry(part)
-    mesh = from_trimesh(scene)
-    assert (len(mesh.materials), mesh.face_materials.tolist()) == (1, [0, 0])
 
 
 def shared_nodes(tmp_path, count):
@@ -571,15 +348,3 @@ def test_nodes_share_a_large_mesh_and_small_ones_are_copied(tmp_path):
     assert not hits.is_backfacing.any()
     few = read(shared_nodes(tmp_path, 3)[0])
     assert [len(few.faces), few.instances] == [24000, []]
-
-
-def test_colours_of_vertices_stay_with_them_in_a_mirrored_node(tmp_path):
-    colors = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]], np.uint8)
-    mesh = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False, vertex_colors=colors)
-    scene = trimesh.Scene()
-    scene.add_geometry(mesh, transform=np.diag([-1.0, 1, 1, 1]))
-    scene.export(tmp_path / "a.glb")
-    found = read(tmp_path / "a.glb")
-    corners = zip(found.vertices[found.faces[0]].tolist(), found.corner_color[0], strict=True)
-    by_place = {tuple(place): color.round(3).tolist() for place, color in corners}
-    assert by_place == {(0, 0, 0): [1, 0, 0], (-1, 0, 0): [0, 1, 0], (0, 1, 0): [0, 0, 1]}

@@ -53,24 +53,6 @@ def test_other_keys_are_kept_for_brdfs_that_read_them(mtl):
     assert material.value("clearcoat", 0.25) == 0.25
 
 
-def test_unset_values_are_those_of_the_format(mtl):
-    assert mtl("newmtl bare\n") == {"bare": Material(name="bare")}
-    assert Material().Kd == (0.8, 0.8, 0.8)
-
-
-def test_values_belong_to_the_material_before_them(mtl):
-    materials = mtl("newmtl a\nNs 2\nnewmtl b\nNs 3\nKd 1 1 1\n")
-    assert [(m.name, m.Ns, m.Kd[0]) for m in materials.values()] == [("a", 2, 0.8), ("b", 3, 1)]
-
-
-def test_of_two_materials_with_one_name_the_last_counts_alone(mtl):
-    assert mtl("newmtl a\nNs 2\nKd 1 1 1\nnewmtl a\nNs 3\n") == {"a": Material(name="a", Ns=3)}
-
-
-def test_one_number_is_a_grey(mtl):
-    assert mtl("newmtl a\nKd .5\n")["a"].Kd == (0.5, 0.5, 0.5)
-
-
 @pytest.mark.parametrize(("line", "opacity"), [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d -halo 0.5", 0.5)])
 def test_opacity_may_be_written_as_transparency(mtl, line, opacity):
     assert mtl(f"newmtl a\n{line}\n")["a"].d == opacity
@@ -79,16 +61,6 @@ def test_opacity_may_be_written_as_transparency(mtl, line, opacity):
 @pytest.mark.parametrize("text", ["NEWMTL a\nkd 1 0 0\nNS 7\n", "\tnewmtl a\r\n  Kd\t1  0 0 # red\r\nNs \\\r\n7\r\n"])
 def test_case_indents_comments_and_line_ends_do_not_matter(mtl, text):
     assert mtl(text) == {"a": Material(name="a", Kd=(1, 0, 0), Ns=7)}
-
-
-@pytest.mark.parametrize("name", ["red wall", "Wall #2", "Grün", "a#b", "a\\b"])
-def test_names_may_hold_blanks_and_signs(mtl, name):
-    assert list(mtl(f"newmtl {name}  # remark\nKd 1 0 0\n")) == [name]
-
-
-def test_latin_1_names_are_read(tmp_path):
-    (tmp_path / "old.mtl").write_bytes("newmtl Grün\n".encode("latin-1"))
-    assert list(read_mtl(tmp_path / "old.mtl")) == ["Grün"]
 
 
 def test_other_maps_are_told_once_with_their_line_and_not_used(mtl):
@@ -180,11 +152,6 @@ def test_wrong_values_name_file_and_line(mtl, line, message):
         mtl(f"# comment\nnewmtl a\nNs \\\n1\n{line}\nKd 1 1 1\n")
 
 
-def test_values_before_the_first_material_are_refused(mtl):
-    with pytest.raises(InputError, match=r"scene\.mtl:2: Kd stands before the first newmtl"):
-        mtl("\nKd 1 1 1\nnewmtl a\n")
-
-
 @pytest.mark.parametrize(
     ("statement", "found"),
     [
@@ -211,19 +178,3 @@ def test_a_missing_library_is_named_with_those_that_are_there(tmp_path, statemen
     (tmp_path / "a.mtl").touch()
     with pytest.raises(MissingFileError, match=rf"here:7: material library {missing} not found .*: a\.mtl\)"):
         find_library(statement, tmp_path / "mesh.obj", "here:7")
-
-
-def test_a_missing_library_says_when_there_is_none_at_all(tmp_path):
-    with pytest.raises(MissingFileError, match=r"no \.mtl file"):
-        find_library("a.mtl", tmp_path / "mesh.obj", "here:7")
-
-
-@pytest.mark.parametrize("statement", ["", "# none"])
-def test_a_library_needs_a_name(tmp_path, statement):
-    with pytest.raises(InputError, match="here:7: mtllib needs the name of a file"):
-        find_library(statement, tmp_path / "mesh.obj", "here:7")
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(MissingFileError, match=r"none\.mtl: no such file"):
-        read_mtl(tmp_path / "none.mtl")

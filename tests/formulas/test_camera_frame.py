@@ -60,21 +60,3 @@ def test_a_scene_with_z_up_is_seen_as_the_same_scene_with_y_up(rng):
     for name, value in frames.view_of_points(lying, "z").items():
         expected = frames.view_of_points(points)[name]
         np.testing.assert_allclose(value, expected if name == "fov" else expected[[0, 2, 1]] * [1, -1, 1], atol=1e-12)
-
-
-@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((1, 3)), np.full((3, 3), 1e6), np.full((1, 3), -1e-20)])
-def test_a_single_point_or_nothing_has_a_view_too(points):
-    view = {name: np.float64(np.float32(value)) for name, value in frames.view_of_points(points).items()}
-    frames.camera_frame(view["eye"], view["at"], view["up"])
-
-
-def test_an_unknown_axis_is_told():
-    with pytest.raises(InputError, match="unknown up axis 'x': known are y, z"):
-        frames.view_of_points(np.zeros((1, 3)), "x")
-
-
-@pytest.mark.parametrize("value", ["there", (0, 1), (0, 1, float("nan")), None])
-def test_numbers_are_counted_and_finite(value):
-    with pytest.raises(InputError, match="camera: at must be 3"):
-        frames.numbers("at", value, 3)
-    np.testing.assert_array_equal(frames.numbers("at", [1, 2, 3], 3), [1, 2, 3])

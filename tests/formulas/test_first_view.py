@@ -8,8 +8,8 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
-from taichi_tracer.formulas.first_view import Surface, best_view, guessed_up_axis, score
+from taichi_tracer.formulas.camera_frame import FROM, view_of_points
+from taichi_tracer.formulas.first_view import best_view, score
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.mesh_parts import POINTS, surface_of
 
@@ -49,37 +49,6 @@ def test_points_are_spread_over_all_surfaces_in_proportion_to_their_area():
     np.testing.assert_allclose(surface.points[top].mean(axis=0), (0.5, 2, 1.5), atol=0.02)
 
 
-@pytest.mark.parametrize("vertices", [np.zeros((3, 3)), np.full((3, 3), np.nan), np.full((3, 3), 1e300)])
-def test_what_has_no_area_is_seen_as_usual(vertices):
-    mesh = Mesh(vertices=vertices, faces=np.array([[0, 1, 2]], np.int32))
-    with np.errstate(all="ignore"):
-        surface = surface_of(mesh)
-    assert len(surface.points) == 0
-    assert best_view(surface, "y", []) == FROM
-    assert guessed_up_axis(surface) == "y"
-
-
-def test_a_closed_box_is_seen_as_usual_and_a_room_through_its_open_side():
-    box = boxes(((-1, -1, -1), (1, 1, 1)))
-    assert best_view(surface_of(box), "y", []) == FROM
-    for missing, azimuth in ((5, 0.0), (4, 180.0), (1, 90.0), (0, 270.0)):
-        room = inside_out(boxes(((-1, -1, -1), (1, 1, 1)), leave=(missing,)))
-        found = best_view(surface_of(room), "y", [])
-        assert not isinstance(found, dict)
-        assert found[0] == azimuth
-
-
-@pytest.mark.parametrize("up_axis", ["y", "z"])
-def test_a_closed_room_is_seen_from_inside(up_axis):
-    room = inside_out(boxes(((-3, 0, -2), (3, 2.5, 2))))
-    room.vertices = room.vertices @ world_axes(up_axis).T
-    found = best_view(surface_of(room), up_axis, [])
-    assert isinstance(found, dict)
-    assert (room.vertices.min(axis=0) < found["eye"]).all()
-    assert (found["eye"] < room.vertices.max(axis=0)).all()
-    assert score(found, surface_of(room)) > 10 * score(view_of_points(room.vertices, up_axis), surface_of(room))
-
-
 def test_a_view_that_shows_more_is_taken():
     """A plate that stands with its edge to the usual camera."""
     azimuth = math.radians(FROM[0])
@@ -90,19 +59,6 @@ def test_a_view_that_shows_more_is_taken():
     assert found != FROM
     view = found if isinstance(found, dict) else view_of_points(corners, "y", seen_from=found)
     assert score(view, surface_of(mesh)) > 2 * score(view_of_points(corners), surface_of(mesh))
-
-
-@pytest.mark.parametrize(
-    ("mesh", "expected"),
-    [
-        (boxes(((-1, -1, 0), (1, 1, 0.2)), ((-0.3, -0.3, 0.2), (0.3, 0.3, 2))), "z"),  # a pillar on a base
-        (boxes(((-1, 0, -1), (1, 0.2, 1)), ((-0.3, 0.2, -0.3), (0.3, 2, 0.3))), "y"),
-        (boxes(((-1, -1, -1), (1, 1, 1))), "y"),  # a cube stands as well as it lies
-        (boxes(((-1, -1, -0.1), (1, 1, 0.1))), "y"),  # a plate is as flat above as below
-    ],
-)
-def test_a_flat_base_says_what_is_up(mesh, expected):
-    assert guessed_up_axis(surface_of(mesh)) == expected
 
 
 def test_files_are_seen_from_where_most_is_seen_and_this_is_told(tmp_path, f32):
@@ -139,13 +95,3 @@ def test_one_odd_vertex_neither_hides_the_rest_nor_ends_the_loading(odd, tmp_pat
     np.testing.assert_allclose(*seen, atol=1e-6)
     assert seen[0][2] > 1
     assert abs(seen[0][0]) < 1e-9
-
-
-def test_a_point_at_the_very_border_of_the_picture_is_counted():
-    """Its place is rounded to the number of cells: half of the picture's width is the tangent of half the angle."""
-    half = math.tan(math.radians(90) / 2)
-    border = np.nextafter(half, 0)
-    points = np.array([[border, border, -1.0], [0.0, 0.0, -1.0]])
-    surface = Surface(points, np.array([[0.0, 0.0, 1.0]] * 2), np.zeros(2, bool), 1.0)
-    view = {"eye": (0, 0, 0), "at": (0, 0, -1), "up": (0, 1, 0), "fov": 90}
-    assert score(view, surface) > 0

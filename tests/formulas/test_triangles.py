@@ -7,7 +7,7 @@ import pytest
 import taichi as ti
 from probe import ask, put, vec3
 from shapes import SQUARE, sphere
-from support import DEBUG, long_except
+from support import DEBUG
 
 import taichi_tracer as tt
 from taichi_tracer.formulas import triangles
@@ -222,7 +222,7 @@ def test_moller_trumbore_leaks_where_watertight_does_not(rng):
 
 
 @pytest.mark.parametrize("test", TESTS)
-@pytest.mark.parametrize("scale", long_except([1e-12, 1e-6, 1.0, 1e6, 1e12], 1e-12, 1e12))
+@pytest.mark.parametrize("scale", [1e-12, 1000000000000.0])
 def test_size_does_not_matter(test, scale, rng):
     """No ε of a size of its own deletes small triangles or thickens large ones (C-8)."""
     vertices, faces = (a.copy() for a in SQUARE)

@@ -6,10 +6,8 @@ from shapes import sphere
 
 from taichi_tracer.formulas.vertex_normals import (
     area_weighted,
-    components,
     normals_and_angles,
     smooth_normals,
-    welded,
 )
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -25,13 +23,6 @@ def per_corner(vertices, faces, crease):
 def repeated(vertices, faces):
     """The same triangles, each with vertices of its own, as an STL has them."""
     return vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
-
-
-def test_the_normals_of_a_sphere_point_away_from_its_centre():
-    vertices, faces = sphere(48, 24)
-    found = per_corner(vertices, faces, 30)
-    assert np.abs((found * vertices[faces]).sum(axis=2) - 1).max() < 1e-4
-    np.testing.assert_allclose(np.linalg.norm(found, axis=2), 1, rtol=1e-14)
 
 
 def test_the_corner_of_a_box_is_smooth_only_beyond_90_degrees():
@@ -50,17 +41,6 @@ def test_vertices_that_are_repeated_at_one_place_count_as_one(crease):
     for vertices, faces in (sphere(12, 7), (BOX, BOX_FACES)):
         own = repeated(vertices, faces)
         np.testing.assert_allclose(per_corner(*own, crease), per_corner(vertices, faces, crease), atol=1e-14)
-
-
-def test_an_edge_is_a_crease_if_it_bends_by_more_than_the_angle():
-    """Two triangles that share an edge, folded by an angle."""
-    for fold in (10, 45, 120):
-        angle = np.radians(fold)
-        vertices = [[0, 0, 0], [0, 1, 0], [-1, 0, 0], [np.cos(angle), 0, -np.sin(angle)]]
-        faces = [[0, 1, 2], [1, 0, 3]]
-        smooth, sharp = (per_corner(vertices, faces, crease) for crease in (fold + 0.01, fold - 0.01))
-        assert np.allclose(smooth[0, 0], smooth[1, 1])
-        assert np.allclose(np.degrees(np.arccos(sharp[0, 0] @ sharp[1, 1])), fold)
 
 
 def test_edges_with_one_triangle_three_or_another_side_are_creases():
@@ -98,35 +78,6 @@ def test_triangles_without_area_and_vertices_that_are_not_finite_hurt_no_neighbo
     is_near = np.isin(faces, [0, 1, 2]).any(axis=1)
     np.testing.assert_allclose(found[: len(faces)][~is_near], true[~is_near], atol=1e-14)
     assert np.abs((found[: len(faces)] * vertices[faces]).sum(axis=2)).min() > 0.8
-
-
-def test_the_size_of_a_mesh_does_not_matter():
-    vertices, faces = sphere(12, 7)
-    for factor in (1e-30, 1e30):
-        np.testing.assert_allclose(
-            per_corner(factor * vertices, faces, 60), per_corner(vertices, faces, 60), atol=1e-12
-        )
-
-
-def test_an_empty_mesh_has_no_normals():
-    normals, ids = smooth_normals(np.zeros((0, 3)), np.zeros((0, 3), np.int32), 30)
-    assert normals.shape == ids.shape == (0, 3)
-
-
-def test_parts_are_found_along_chains_of_any_order(rng):
-    count = 5000
-    order = rng.permutation(count)
-    links = order[:-1], order[1:]
-    assert (components(count, *links) == 0).all()
-    is_kept = np.arange(count - 1) != 1234
-    label = components(count, *(ends[is_kept] for ends in links))
-    assert sorted(np.unique(label)) == sorted([0, min(order[1235:]) if 0 in order[:1235] else min(order[:1235])])
-
-
-def test_welded_numbers_are_shared_by_equal_positions_alone():
-    number = welded(np.array([[0, 0, 1], [1, 0, 0], [-0.0, 0, 1], [np.nan, 0, 0], [np.nan, 0, 0]]))
-    assert number[0] == number[2]
-    assert len(set(number.tolist())) == 4
 
 
 def test_vertex_normals_are_weighted_by_area():

@@ -8,7 +8,7 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE
-from support import DEBUG, long_except
+from support import DEBUG
 
 import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
@@ -121,7 +121,7 @@ def sky_with_sun():
     return sky
 
 
-@pytest.mark.parametrize("estimator", long_except(["mis", "mis_balance", "path"], "path"))
+@pytest.mark.parametrize("estimator", ["path"])
 def test_the_light_that_samples_of_the_light_leave_out_is_not_lost(estimator):
     """Three spheres under sun and sky: each quarter has the mean that samples of the light alone find."""
     scene = tt.load_scene_data("specular_spheres", environment=sky_with_sun())

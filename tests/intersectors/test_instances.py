@@ -211,29 +211,6 @@ def test_a_picture_of_shared_objects_is_that_of_copies(name, fast, rng):
     assert pictures[0].std() > 0.05
 
 
-def test_few_copies_are_made_and_many_triangles_are_shared():
-    vertices, faces = sphere(100, 60)
-    ball, places = Mesh(vertices, faces), np.tile(np.eye(4), (12, 1, 1))
-    assert not tt.scene_from_mesh(group([Instances(ball, places[:3])])).effects.instances
-    assert tt.scene_from_mesh(group([Instances(ball, places)])).effects.instances
-    assert "objects: 1, in 12 places" in str(tt.scene_from_mesh(group([Instances(ball, places)])).receipt())
-
-
-class MyIntersector(tt.RayIntersector):
-    """An intersector of a student."""
-
-
-@pytest.mark.parametrize("intersector", ["brute_force", MyIntersector])
-def test_what_knows_no_places_gets_copies(intersector, rng):
-    mesh = group([Instances(Mesh(*SQUARE), transforms(rng, 3))])
-    scene = tt.scene_from_mesh(mesh, instances="shared", intersector=intersector)
-    assert not scene.effects.instances
-    assert scene.num_triangles == 6
-    ellipsoid = group([Instances(with_spheres([(0, 0, 0, 1)]), transforms(rng, 1, "sheared"))])
-    with pytest.raises(tt.InputError, match="a sphere would become an ellipsoid"):
-        tt.scene_from_mesh(ellipsoid, intersector=intersector)
-
-
 def test_a_scene_can_be_made_again_with_another_intersector(rng):
     mesh = group([Instances(Mesh(*SQUARE, source="square"), transforms(rng, 3))])
     scene = tt.scene_from_mesh(mesh, instances="shared")
@@ -243,12 +220,6 @@ def test_a_scene_can_be_made_again_with_another_intersector(rng):
     assert scene.fingerprint() == same.fingerprint()
     moved = replace(mesh, instances=[Instances(mesh.instances[0].mesh, transforms(rng, 3))])
     assert tt.scene_from_mesh(moved, instances="shared").fingerprint() != scene.fingerprint()
-
-
-def test_everything_compiled_gives_the_same(rng):
-    mesh = group([Instances(Mesh(in_f32(sphere()[0]), sphere()[1]), transforms(rng, 4))])
-    shared, copied = both(mesh, True, effects="all")
-    assert_same_hits(shared, copied, *rays_at(shared, rng, 20_000))
 
 
 def test_nothing_in_any_place_is_a_scene():

@@ -10,7 +10,6 @@ from taichi_tracer.geometry import Mesh
 
 PIXELS = np.random.default_rng(7).random((5, 7, 3))
 SIZE = 9
-COLORS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0.5]])
 
 
 def renderer_of(kind=tt.A1Renderer, **arrays):
@@ -42,27 +41,6 @@ def test_a_texture_is_looked_up_where_uv_says(precision):
     np.testing.assert_allclose(uv[is_hit], position[is_hit][:, :2] * 3.3 + [11.05, -4.1], atol=1e-5)
     expected = [oracle.bilinear(PIXELS, at, ("repeat", "repeat")) * [0.5, 0.25, 1] for at in uv[is_hit]]
     np.testing.assert_allclose(albedo[is_hit], expected, atol=2e-5)
-
-
-@pytest.mark.usefixtures("f32")
-def test_colours_of_vertices_and_plain_materials_are_an_albedo_without_coordinates():
-    plain, coloured = renderer_of(), renderer_of(corner_color=COLORS[np.array(SQUARE[1])])
-    is_hit = plain.aov("triangle_id") >= 0
-    np.testing.assert_array_equal(plain.aov("albedo")[is_hit], np.tile(np.float32([0.5, 0.25, 1]), (is_hit.sum(), 1)))
-    u, v = plain.aov("barycentric")[is_hit].astype(float).T
-    corners = COLORS[np.array(SQUARE[1])][plain.aov("triangle_id")[is_hit]]
-    between = (np.stack([1 - u - v, u, v], axis=-1)[..., None] * corners).sum(axis=1)
-    np.testing.assert_allclose(coloured.aov("albedo")[is_hit], between * [0.5, 0.25, 1], atol=1e-6)
-    for renderer in (plain, coloured):
-        assert (renderer.aov("uv")[is_hit] == 0).all()
-
-
-@pytest.mark.usefixtures("f32")
-def test_they_are_what_the_views_show():
-    renderer = renderer_of(tt.RT3Renderer, **textured(np.array(SQUARE[0], float)[:, :2] + 0.3))
-    is_hit = renderer.aov("triangle_id") >= 0
-    np.testing.assert_array_equal(renderer.use("flat").image()[is_hit], renderer.aov("albedo")[is_hit])
-    np.testing.assert_allclose(renderer.use("uv").image()[is_hit][:, :2], renderer.aov("uv")[is_hit] % 1, atol=1e-6)
 
 
 @pytest.mark.usefixtures("f32")

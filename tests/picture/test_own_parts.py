@@ -9,7 +9,6 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.system.errors import NotFiniteWarning
-from taichi_tracer.system.own_code.values import names_read, values_of
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -38,14 +37,6 @@ class Grey(tt.View):
         return tm.vec3(self.grey)
 
 
-class Dark(tt.View):
-    name = "dark"
-
-    @ti.func
-    def color(self, hit):
-        return tm.vec3(0)
-
-
 def cube(**options):
     scene = tt.load_scene_data("cube")
     return tt.A1Renderer(scene, 16, 16, **options)
@@ -65,21 +56,6 @@ def test_samples_that_are_not_finite_are_told_with_the_first_pixel():
         cube(integrator=NotANumber()).render()
 
 
-def test_right_parts_and_dark_pictures_are_not_told_of():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        cube(integrator=Dark()).render()
-        cube().render()
-
-
-def test_an_eye_that_is_too_far_away_is_told():
-    with pytest.warns(UserWarning, match=r"the eye is 1e\+30 away from the scene, .* numbers of float32"):
-        cube(camera=tt.Camera(16, 16, eye=(1e30, 0, 0))).render()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        cube(camera=tt.Camera(16, 16, eye=(1e4, 0, 0))).render()
-
-
 def test_a_value_that_a_kernel_reads_may_change():
     view = Grey()
     renderer = cube(integrator=view).render(2)
@@ -97,9 +73,3 @@ def test_a_value_that_a_kernel_reads_may_change():
         renderer.render()
     assert renderer.samples == 2
     np.testing.assert_array_equal(renderer.image(), before)
-
-
-def test_only_what_own_functions_read_counts():
-    assert names_read(Grey) == ("grey",)
-    assert names_read(tt.View) == ()
-    assert values_of([Grey(), tt.View("x", color=None)]) == (("Grey.grey", 0.25),)

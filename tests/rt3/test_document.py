@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rt3_text import HEAD, document, read
 
-from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings
+from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, FilmSettings
 from taichi_tracer.system.errors import InputError
 
 
@@ -68,21 +68,6 @@ def test_synonyms_mean_the_same(tmp_path):
     for on, off in zip(("yes", "true", "on", "1"), ("no", "false", "off", "0"), strict=True):
         assert shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{on}"/>').film.gamma_corrected
         assert not shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{off}"/>').film.gamma_corrected
-
-
-def test_the_root_may_have_any_name(tmp_path):
-    text = document().replace("RT3>", "my_tracer>")
-    assert len(read(tmp_path, text).shots) == 1
-
-
-def test_fovy_beside_a_window_is_told_and_does_not_count(tmp_path):
-    """C-9."""
-    head = HEAD + '<camera type="perspective" fovy="30" screen_window="-2 2 -1.5 1.5"/>'
-    found = read(tmp_path, document('<object type="sphere" radius="1"/>', head=head))
-    assert "fov" not in found.shots[0].view
-    assert found.mesh.notes == [
-        f"{tmp_path}/scene.xml:5: fovy 30 does not count beside screen_window '-2 2 -1.5 1.5' (C-9)"
-    ]
 
 
 def test_unknown_words_are_told_with_their_line_and_the_nearest(tmp_path):
@@ -266,42 +251,8 @@ def test_malformed_documents_are_one_clear_line(name, tmp_path):
     assert len(told) < 1_000
 
 
-def test_there_are_enough_malformed_documents():
-    assert len(MALFORMED) >= 40
-
-
 # --- Fuzz -------------------------------------------------------------------------------------------------------------
 
-NAMES = st.sampled_from(sorted({*TAGS, "RT3", "sphere", "objetc"}))
-VALUES = st.one_of(
-    st.sampled_from(
-        [
-            "perspective",
-            "orthographic",
-            "sphere",
-            "trianglemesh",
-            "flat",
-            "depth_map",
-            "direct",
-            "colors",
-            "image",
-            "spherical",
-            "matte",
-            "blinn",
-            "yes",
-            "off",
-            "scene.xml",
-            ".",
-            "/",
-            "nan",
-            "inf",
-            "-0",
-            "1e400",
-        ]
-    ),
-    st.lists(st.one_of(st.integers(-3, 300), st.floats(width=32)), max_size=12).map(lambda n: " ".join(map(str, n))),
-    st.text(st.characters(codec="utf-8", exclude_characters='<&"\0', exclude_categories=("Cc", "Cs")), max_size=20),
-)
 FUZZ = settings(
     max_examples=120,
     deadline=None,
@@ -329,14 +280,3 @@ def test_any_damage_is_read_or_refused(tmp_path, data):
         at, length = data.draw(st.integers(0, len(text) - 1)), data.draw(st.integers(0, 9))
         text[at : at + length] = data.draw(st.one_of(st.binary(max_size=4), st.just(bytes(text[at : at + 2 * length]))))
     read_or_refuse(tmp_path, bytes(text))
-
-
-def test_an_aggregator_chooses_the_intersector(tmp_path):
-    """RT-12; what the package decides itself is told."""
-    for kind, name in (("bvh", "bvh"), ("list", "brute_force")):
-        head = HEAD + f'<aggregator type="{kind}" split_method="middle"/>'
-        found = read(tmp_path, document('<object type="sphere" radius="1"/>', head))
-        assert found.intersector == name
-        assert [note for note in found.mesh.notes if "scene.xml:5: <aggregator> split_method is not used" in note]
-    with pytest.raises(InputError, match=r"scene\.xml:5: .*'tree'"):
-        read(tmp_path, document("", HEAD + '<aggregator type="tree"/>'))

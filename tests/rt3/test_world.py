@@ -3,25 +3,9 @@
 import numpy as np
 import pytest
 from rt3_text import document, read
-from shapes import SQUARE
 
-from taichi_tracer.geometry import Mesh
-from taichi_tracer.mesh_parts import similarity
-from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation
+from taichi_tracer.rt3.world import rotation
 from taichi_tracer.system.errors import InputError
-
-
-def test_synonyms_mean_the_same(tmp_path):
-    """C-13, and those of the course's later documents."""
-    for word, kind in OBJECTS.items():
-        rest = 'radius="1"' if kind == "sphere" else 'vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2"'
-        mesh = read(tmp_path, document(f'<object type="{word}" {rest}/>')).mesh
-        assert (len(mesh.faces), len(mesh.spheres)) == ((0, 1) if kind == "sphere" else (1, 0))
-    for word in MATERIALS:
-        text = f'<material type="{word}" diffuse="0 1 0" alpha="0.5"/><object type="sphere" radius="1" origin="1 2 3"/>'
-        mesh = read(tmp_path, document(text)).mesh
-        assert mesh.materials[0].Kd == (0, 1, 0)
-        assert mesh.spheres.tolist() == [[1, 2, 3, 1]]
 
 
 def test_ids_are_in_the_order_of_the_document(tmp_path):
@@ -94,21 +78,6 @@ def test_a_rotation_is_counter_clockwise_seen_from_its_tip(rng):
     np.testing.assert_allclose(turn @ axis, axis, atol=1e-15)
     assert np.linalg.det(turn) == pytest.approx(1)
     np.testing.assert_allclose(rotation(0.3, axis) @ rotation(0.4, axis), turn, atol=1e-15)
-
-
-def test_a_similarity_multiplies_all_lengths_alike():
-    turn = rotation(0.7, np.array([0.6, 0.0, 0.8]))
-    assert similarity(3 * turn) == pytest.approx(3)
-    assert similarity(turn @ np.diag([2, -2, 2])) == pytest.approx(2)
-    assert similarity(np.diag([1, 2, 1])) is None
-    assert similarity(np.array([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]])) is None
-
-
-def test_the_identity_leaves_a_mesh_as_it_is():
-    mesh = Mesh(*SQUARE)
-    before = mesh.vertices
-    place(mesh, IDENTITY)
-    assert mesh.vertices is before
 
 
 def test_microfacets_have_a_roughness_and_a_reflectance(tmp_path):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from made_up_study import made_curve, made_study
 
-from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence
 from taichi_tracer.studies.convergence import Block
 from taichi_tracer.studies.variants import Variant
@@ -32,31 +31,6 @@ def test_the_time_of_a_sample_is_the_median_over_blocks_and_noise_is_called_nois
     assert any(s.startswith("Fast math: no difference in time can be told from noise") for s in sentences)
 
 
-def test_knobs_are_compared_at_equal_samples():
-    other = made_curve(scale=0.05, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
-    (row,) = accuracy_tables.knob_table(made_study(made_curve(scale=0.1), other))
-    assert (row["knob"], row["from"], row["to"]) == ("sampler", DEFAULT_SAMPLER, "independent")
-    assert row["time"] == pytest.approx(2)
-    assert row["error"] == pytest.approx(0.5 / math.sqrt(2))
-    sentences = accuracy_tables.summary(made_study(made_curve(scale=0.1), other))
-    assert any(s.endswith("lies in 1 of 64 pixels.") for s in sentences)
-
-
-def test_that_no_variant_reached_the_target_is_told_with_its_seconds_of_rendering():
-    best, other = made_curve(scale=0.1), made_curve(scale=0.2, variant=Variant("brdf"))
-    best.rendered, other.rendered = 0.24, 9.0
-    assert accuracy_tables.summary(made_study(best, other))[0] == (
-        "No variant reached 2 % within the 60 s of the study, in which the best one, mis, niederreiter, was rendered "
-        "for 0.24 s: its best picture has 8.84 % after 1.28 s of rendering."
-    )
-    best.found[1][64] = 0.019, 0.019  # by chance: the mean over seeds is larger
-    told = accuracy_tables.summary(made_study(best, other))[0]
-    assert told.startswith("No variant reached 2 %")
-    assert ": its best picture has 1.9 % after 0.64 s of rendering, but others" in told
-    best.unseen = other.unseen = 5.0  # even where the error measures chance
-    assert "was rendered for 0.24 s; light that" in accuracy_tables.summary(made_study(best, other))[0]
-
-
 def test_errors_with_unseen_light_are_not_compared():
     """Unless the pictures are alike: then a knob changes nothing, whatever is missing."""
     first, other = made_curve(scale=0.1), made_curve(scale=0.02, variant=Variant(sampler="independent"))
@@ -70,25 +44,6 @@ def test_errors_with_unseen_light_are_not_compared():
     same = made_curve(scale=0.1, variant=Variant(precision="f64"))
     (row,) = accuracy_tables.knob_table(made_study(first, same))
     assert row["error"] == pytest.approx(1)
-
-
-def test_bounces_have_their_bias_beside_their_noise_and_time():
-    """Of a curve that misses 20 % of the light: no error below that is promised, whatever its slope."""
-    variants_ = [Variant("path", max_bounces=k) for k in (8, 1, 3)]
-    whole, direct, short = (made_curve(scale=0.02, per_sample=0.01 * v.max_bounces, variant=v) for v in variants_)
-    direct.shift, short.shift = -0.2, -0.001
-    direct.is_biased = short.is_biased = True
-    direct.found = noisier(direct, 0.5)
-    rows = accuracy_tables.questions(made_study(whole, direct, short))["max_bounces"]
-    assert [row["bounces"] for row in rows] == [1, 3, 8]
-    assert [row["missing light"] for row in rows] == [0.2, 0.001, 0]
-    assert rows[0]["time"] == pytest.approx(1 / 8)
-    assert rows[0]["mean"] == pytest.approx(0.8)
-    assert rows[0]["noise at 128 spp"] == pytest.approx(direct.noise[0, -1])
-    sentences = accuracy_tables.summary(made_study(whole, direct, short))
-    assert any(s.startswith("Paths of at most 1 bounce miss 20 % of the light") for s in sentences)
-    assert "From 3 bounces on, what is missing cannot be told from its standard error." in sentences
-    assert {r["knob"] for r in accuracy_tables.knob_table(made_study(whole, direct, short))} == set()
 
 
 def test_efficiency_is_one_over_variance_times_seconds():

@@ -1,7 +1,5 @@
 """The rows of a profile add up, and nothing is shown that was not measured."""
 
-import dataclasses
-
 import pytest
 
 from taichi_tracer.studies.profile import FILM_TAKES, RAYS, SHADING, Profile, as_page, described
@@ -37,30 +35,6 @@ def test_the_samples_are_divided_as_they_were_measured(profile):
     assert SAMPLES not in rows
     assert sum(rows.values()) == pytest.approx(profile.total)
     assert profile.rays() == [("eye rays", 800, 3.0), ("shadow rays and further rays", 600, pytest.approx(2.0))]
-
-
-def test_eye_rays_of_the_plain_form_are_a_part_of_the_samples(profile):
-    plain = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, eye=0.04, rays=0.0, whole=0.08))
-    rows = dict(plain.rows())
-    assert rows[EYE_RAYS] == pytest.approx(3.0 + 4.0 * 0.04 / 0.08)
-    assert sum(rows.values()) == pytest.approx(profile.total)
-
-
-def test_without_further_rays_there_is_no_row_of_them(profile):
-    view = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, rays=0.0, rays_counted=PixelRays(100, 0, 0)))
-    assert RAYS not in dict(view.rows())
-    assert [kind for kind, _, _ in view.rays()] == ["eye rays"]
-
-
-def test_samples_that_were_not_taken_apart_are_one_row(profile):
-    assert "tile by tile" not in profile.how()
-    assert "tile by tile" in dataclasses.replace(profile, in_tiles=True).how()
-    whole = dataclasses.replace(profile, parts=None, why_not="MyRenderer replaces shade_ray")
-    assert dict(whole.rows())[SAMPLES] == 4.0
-    assert whole.rays() == []
-    text = as_page(whole)
-    assert "MyRenderer replaces shade_ray" in text
-    assert "PixelRays</h2>" not in text
 
 
 def test_the_text_and_the_page_have_every_row(profile):

@@ -1,13 +1,9 @@
 """Where samples go: every sample is counted once, in the right cell, and as often as its density says."""
 
-import io
-
 import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from PIL import Image
-from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
@@ -15,7 +11,7 @@ from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.studies import samples
-from taichi_tracer.studies.samples import Counts, cell_of
+from taichi_tracer.studies.samples import cell_of
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -64,16 +60,6 @@ def test_cells_have_as_many_samples_as_the_densities_say():
     assert (uniform.name, importance.name) == ("uniform", "importance")
 
 
-def test_chunks_do_not_change_the_counts(monkeypatch):
-    whole = samples.environment_counts(tt.Environment(np.ones((2, 4, 3))), 2500, (8, 4), seed=5)
-    monkeypatch.setattr(samples, "CHUNK", 1000)
-    told = []
-    parts = samples.environment_counts(tt.Environment(np.ones((2, 4, 3))), 2500, (8, 4), seed=5, tell=told.append)
-    for one, other in zip(whole, parts, strict=True):
-        np.testing.assert_array_equal(one.cells, other.cells)
-    assert told == [1000, 1000, 500] * 2
-
-
 @pytest.fixture(scope="module")
 def two_lamps():
     """A floor with two lamps above it; they face down. The second has three times the area and a third of the Ke."""
@@ -116,53 +102,3 @@ def test_the_deviation_is_that_of_the_estimator(two_lamps):
     for one in samples.lamp_counts(tt.SceneData(mesh), (0, 0, 0), (0, 1, 0), 1000, (4, 2)):
         assert one.deviation < 1e-2
         assert one.effective_lamps == 1
-
-
-def test_entropy():
-    equal = Counts("x", np.zeros((1, 1)), 1.0, np.array([5, 5, 0, 5, 5]))
-    assert equal.entropy == pytest.approx(2)
-    assert equal.effective_lamps == pytest.approx(4)
-    assert equal.top(2) == [(0, 0.25), (1, 0.25)]
-    assert len(equal.top(9)) == 4
-
-
-def test_the_point_and_its_normal(two_lamps):
-    point, normal = samples.centre_of_view(two_lamps)
-    np.testing.assert_allclose(point, 0, atol=1e-6)
-    np.testing.assert_allclose(normal, (0, 1, 0), atol=1e-6)
-    np.testing.assert_allclose(samples.normal_at(two_lamps, (1, 0, 0)), (0, 1, 0), atol=1e-6)
-    np.testing.assert_array_equal(samples.normal_at(two_lamps, (9, 9, 9)), (0, 1, 0))
-    np.testing.assert_array_equal(samples.normal_at(two_lamps, (0, 1, 2)), (0, 1, 0))  # the eye itself
-
-
-def test_what_cannot_be_sampled_is_refused(two_lamps):
-    dark = tt.scene_from_mesh(*SQUARE, view={"eye": (0, 0, 5), "at": (0, 9, 0), "fov": 60.0})
-    with pytest.raises(tt.InputError, match="no surface emits light"):
-        samples.lamp_counts(dark, (0, 0, 0), (0, 1, 0), 10)
-    with pytest.raises(tt.InputError, match="the middle of the view shows no surface"):
-        samples.centre_of_view(dark)
-    for count in (0, 100_000_001):
-        with pytest.raises(tt.InputError, match="count must be from 1 to 100,000,000"):
-            samples.check_count(count)
-
-
-def test_tables_name_what_was_counted(two_lamps):
-    found = samples.lamp_counts(two_lamps, (0, 0, 0), (0, 1, 0), 1000, (16, 8))
-    assert [line.split()[0] for line in samples.choice_table(found)[1:]] == [one.name for one in found]
-    top = [line.split() for line in samples.top_table(found, two_lamps, 1)[1:]]
-    assert [row[1:] for row in top if row[0] == "area"][0][0] == "3"  # the id of the larger triangle
-    assert all(row[3] in ("small", "large") for row in top)
-    text = samples.map_table([Counts("uniform", np.array([[1, 2], [3, 1000]]), 0.5)])[1].split()
-    assert text == ["uniform", "1", "251.5", "2", "1,000", "0.0%", "0.500"]
-
-
-def test_pictures_are_png_files_in_which_more_samples_are_brighter():
-    cells = np.zeros((4, 8), np.int64)
-    cells[0, 0], cells[3, 7] = 1, 1000
-    content = samples.map_png(Counts("x", cells, 1.0), 1000, "x")
-    picture = np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
-    assert picture.shape[1] == 960
-    inside = picture[60:-60, 100:-180].sum(axis=2)
-    assert (inside == 0).mean() > 0.5  # cells without samples are black
-    chart = samples.shares_png([Counts("x", cells, 1.0, np.array([3, 1]))], "x")
-    assert chart.startswith(b"\x89PNG")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies import accuracy_tables, budget, convergence, schedule, variants
+from taichi_tracer.studies import budget, schedule, variants
 from taichi_tracer.studies.bench import Prepared, Shot
 from taichi_tracer.studies.source import Order, SceneFacts, Source
 from taichi_tracer.system import processors
@@ -127,32 +127,6 @@ def test_a_study_ends_within_a_tenth_of_its_budget(world_of, seconds, compiling)
     assert all(process.closed for process in world.processes)
 
 
-def test_the_leaders_are_measured_to_two_percent_and_the_others_are_named(world_of):
-    world_of(compiling=2.0)
-    study = study_in(60)
-    leader = min((c for c in study.curves if c.seconds_to(0.02) > 0), key=lambda c: c.seconds_to(0.02))
-    assert leader.variant.label == "mis, niederreiter"
-    exact = 0.008 * 0.02 ** (-1 / 0.7)
-    assert leader.seconds_to(0.02) == pytest.approx(exact, rel=0.05)
-    assert leader.seconds_to(0.05) == pytest.approx(0.008 * 0.05 ** (-1 / 0.7), rel=0.05)
-    sentences = accuracy_tables.summary(study)
-    assert sentences[0].startswith("To 2 % error, mis, niederreiter is fastest: ")
-    assert any(s.startswith("Others did not reach 2 %") and "uniform, niederreiter came to" in s for s in sentences)
-
-
-@pytest.mark.parametrize("per_sample", [0.002, 0.05])
-@pytest.mark.parametrize("compiling", [0.1, 2.0, 5.0])
-def test_a_third_of_the_budget_is_spent_on_the_leader_and_the_others_have_pictures(world_of, compiling, per_sample):
-    world = world_of(compiling=compiling, per_sample=per_sample)
-    study = study_in(60)
-    leader = convergence.leading(accuracy_tables.main_curves(study))
-    assert leader.variant.label == "mis, niederreiter"
-    assert world.rendered["mis, niederreiter"] >= 20
-    assert leader.rendered == pytest.approx(world.rendered["mis, niederreiter"], abs=6)  # the reference, a picture
-    assert 54 <= world.now <= 66
-    assert {curve.variant.estimator for curve in study.curves} >= {"mis", "uniform", "brdf"}
-
-
 def test_what_a_short_study_drops_is_named(world_of):
     world_of(compiling=3.0)
     study = study_in(20)
@@ -161,15 +135,6 @@ def test_what_a_short_study_drops_is_named(world_of):
     assert labels[0] == "mis, niederreiter"
     assert dropped
     assert sorted(labels + dropped) == sorted(variant.label for variant in variants.plan())
-
-
-def test_a_process_that_compiles_for_too_long_is_not_waited_for(world_of):
-    world = world_of(compiling=2.0, endless=300.0)
-    study = study_in(60)
-    assert 54 <= world.now <= 66
-    assert "mis, niederreiter, f64" in " ".join(study.notes)
-    assert len(study.curves) > 5
-    assert all(process.closed for process in world.processes)
 
 
 def test_a_study_that_cannot_begin_in_time_says_so_and_ends(world_of):
@@ -186,39 +151,3 @@ def test_an_interrupted_study_has_what_was_done(world_of):
     assert world.now < 26
     assert study.curves
     assert study.notes[-1].startswith("The study was interrupted")
-
-
-def test_all_variants_double_their_samples_and_the_better_half_goes_on(world_of):
-    world_of(compiling=0.5)
-    study = study_in(60)
-    pictures = {curve.variant.label: [max(levels) for levels in curve.found.values()] for curve in study.curves}
-    assert {tuple(samples[:3]) for samples in pictures.values()} == {(16, 32, 16)}
-    assert pictures["mis, niederreiter"][3:6] == [64, 128, 256]
-    assert study.seeds >= 3
-    most = max(max(samples) for samples in pictures.values())
-    assert max(pictures["mis, niederreiter"]) == most >= 4 * max(pictures["uniform, niederreiter"])
-    assert set(study.curves[0].found[2]) == {4, 8, 16, 32}
-    assert set(next(c for c in study.curves if c.variant.adaptive).found[2]) == {8, 16, 32}
-    assert 0 < study.equal_seconds * sum(c.shown is not None for c in study.curves) <= 0.05 * 60
-
-
-def test_as_many_seeds_as_were_ordered_come_before_more_samples(world_of):
-    world_of(compiling=0.5)
-    order = Order(Source("box"), variants.plan(), (16, 16), 60, 10)
-    assert schedule.Schedule(order).run().seeds >= 6
-
-
-def test_a_slow_scene_has_one_variant_at_least(world_of):
-    world = world_of(compiling=0.5, per_sample=0.4)
-    study = study_in(20)
-    assert [curve.variant.label for curve in study.curves] == ["mis, niederreiter"]
-    assert "no time to measure them: " in study.notes[-1]
-    assert world.now <= 22
-
-
-def test_pictures_of_fewer_pixels_alone_are_not_shown(world_of):
-    world_of(compiling=0.5)
-    order = Order(Source("box"), variants.plan(estimators=("mis",), scales=(0.5,)), (16, 16), 20, 3)
-    study = schedule.Schedule(order).run()
-    assert study.curves
-    assert all(curve.shown is None for curve in study.curves)

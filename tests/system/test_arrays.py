@@ -7,7 +7,7 @@ import taichi.math as tm
 from support import needs_arrays, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import arrays, memory
+from taichi_tracer.system import memory
 
 
 @ti.dataclass
@@ -124,30 +124,6 @@ def test_a_field_has_the_numbers_that_taichis_own_would_have(store, other_store,
     np.testing.assert_array_equal(read_by_kernel(other), values)
 
 
-@ti.kernel
-def tell_places(field: ti.template(), found: ti.types.ndarray(dtype=ti.u64, ndim=1)):
-    """The address of each cell of a field of Taichi's with two axes, or with one."""
-    for k in found:
-        if ti.static(len(field.shape) == 1):
-            found[k] = ti.get_addr(field, [k])
-        elif ti.static(len(field.shape) == 2):
-            found[k] = ti.get_addr(field, [k // field.shape[1], k % field.shape[1]])
-        else:
-            rest = k // field.shape[2]
-            found[k] = ti.get_addr(field, [rest // field.shape[1], rest % field.shape[1], k % field.shape[2]])
-
-
-@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("matrix", "number", "lanes")])
-def test_cells_lie_where_taichi_would_have_put_them(store, other_store, name):
-    """Taichi rounds the number of cells along an axis up to a power of two only if cells are not dense."""
-    field, other = store.fields[name], other_store.fields[name]
-    found = np.zeros(int(np.prod(field.shape)), np.uint64)
-    tell_places(other, found)
-    strides = field.array.strides[: len(field.shape)]
-    ours = sum(np.indices(field.shape)[k] * stride for k, stride in enumerate(strides)).ravel()
-    np.testing.assert_array_equal((found - found[0]).astype(np.int64), ours)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_see_what_the_other_wrote(store, rng, name):
     owner, field = store.memory, store.fields[name]
@@ -171,75 +147,12 @@ def increase(field: ti.template()):
             field[i] += 1
 
 
-def test_a_whole_block_is_cleared_and_nothing_else(store):
-    owner, made = store.memory, store.fields
-    for field in made.values():
-        owner.write(field, np.ones_like(owner.read(field)))
-    owner.clear(made["ids"])
-    owner.clear(made["halves"])
-    cleared = {name for name, field in made.items() if not owner.read(field).any()}
-    assert cleared == {"ids", "vectors", "halves", "half_counts"}
-    assert all(owner.read(field).all() for name, field in made.items() if name not in cleared)
-
-
-def test_memory_begins_with_zeros_and_at_an_even_place():
-    made = Store().fields
-    assert not any(field.to_numpy().any() for field in made.values())
-    assert {field.block.ctypes.data % arrays.ALIGNMENT for field in made.values()} == {0}
-
-
-def test_an_axis_that_is_divided_is_refused():
-    owner, blocked = memory.Memory(), ti.field(float)
-    owner.fields.dense(ti.i, 4).dense(ti.i, 2).place(blocked)
-    with pytest.raises(tt.InputError, match="an axis of a field cannot be divided"):
-        owner.allocate()
-
-
-def test_a_field_can_be_placed_only_once():
-    for field in (ti.field(float, shape=3), Store().fields["table"]):
-        with pytest.raises(tt.InputError, match="only a field without a shape, which has not been placed yet"):
-            memory.Memory().fields.place(field)
-
-
 def test_more_numbers_than_kernels_can_count_are_refused():
     owner, field = memory.Memory(), ti.field(float)
     owner.fields.dense(ti.ij, (1 << 16, 1 << 16)).place(field)
     with pytest.raises(tt.InputError, match="65536 x 65536 elements is too large for a kernel"):
         owner.allocate()
     owner.fields.forget()
-
-
-def test_python_reads_and_writes_single_numbers(store):
-    made = store.fields
-    made["number"][None] = 4
-    assert made["number"][None] == 4
-    made["children"][5, 7] = 9
-    assert (made["children"][5, 7], made["children"].to_numpy()[5, 7]) == (9, 9)
-    assert isinstance(made["children"][5, 7], int)
-    made["vectors"][6] = [1, 2, 3]
-    made["vectors"][6][1] = 5
-    assert (made["vectors"][6][1], made["vectors"][6].z) == (5, 3)
-    assert made["vectors"][6].to_list() == [1, 5, 3]
-    made["halves"][4, 2, 1] = tm.vec3(7, 8, 9)
-    assert made["halves"].to_numpy()[4, 2, 1].tolist() == [7, 8, 9]
-    made["matrix"][None] = np.arange(16).reshape(4, 4)
-    assert made["matrix"][None][2, 3] == 11
-    made["matrices"][8][1, 2] = 6
-    assert made["matrices"].to_numpy()[8, 1].tolist()[2] == 6
-
-
-def test_python_does_not_leave_a_field(store):
-    for use in (lambda: store.fields["table"][5, 0], lambda: store.fields["vectors"][7].to_list()):
-        with pytest.raises(IndexError):
-            use()
-
-
-def test_a_field_is_filled(store):
-    made = store.fields
-    for name, value in (("table", 2.5), ("vectors", 3), ("halves", tm.vec3(1, 2, 3)), ("number", 7)):
-        made[name].fill(value)
-        expected = value.to_list() if isinstance(value, ti.Matrix) else value
-        np.testing.assert_array_equal(made[name].to_numpy(), np.broadcast_to(expected, made[name].to_numpy().shape))
 
 
 def test_a_field_is_copied_from_another_of_any_kind(store, other_store, rng):
@@ -249,17 +162,6 @@ def test_a_field_is_copied_from_another_of_any_kind(store, other_store, rng):
         source.from_numpy(values)
         field.copy_from(source)
         np.testing.assert_array_equal(field.to_numpy(), values)
-
-
-def test_what_numpy_gets_is_a_copy_and_what_does_not_fit_is_refused(store):
-    field = store.fields["table"]
-    field.fill(1)
-    field.to_numpy()[...] = 2
-    store.memory.read(field)[...] = 2
-    assert (field.to_numpy() == 1).all()
-    assert field.to_numpy(dtype=np.int64).dtype == np.int64
-    with pytest.raises(ValueError, match=r"shape \(5, 4\) does not match the numpy array shape \(3, 4\)"):
-        field.from_numpy(np.zeros((3, 4)))
 
 
 def test_a_field_of_structs_has_a_field_for_each_member(rng):

@@ -19,14 +19,6 @@ class Known(KnownAttributes):
         self.lid = True
 
 
-def test_what_is_known_can_be_set():
-    part = Known()
-    part.width, part.height, part.depth, part._own = 1, 2, 3, 4
-    part.open()
-    part.lid = False
-    assert vars(part) == {"depth": 3, "width": 1, "height": 2, "_own": 4, "lid": False}
-
-
 @pytest.mark.parametrize(
     ("name", "told"),
     [

@@ -2,7 +2,6 @@
 
 import contextlib
 import gc
-import time
 import weakref
 
 import numpy as np
@@ -11,7 +10,7 @@ import taichi as ti
 from support import needs_arrays, start, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import arrays, compiling, memory
+from taichi_tracer.system import arrays, memory
 
 
 @pytest.fixture(autouse=True)
@@ -56,17 +55,6 @@ def double(field: ti.template()):
         field[i] *= 2
 
 
-@pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
-def test_a_lifetime_ends_with_its_start_of_taichi(again):
-    lifetime = memory.Lifetime()
-    assert not lifetime.is_over()
-    lifetime.check("scene")
-    again()
-    assert lifetime.is_over()
-    with pytest.raises(tt.StaleSceneError, match="this scene was made before Taichi was initialised again"):
-        lifetime.check("scene")
-
-
 def test_fields_are_usable_until_they_are_freed(each_kind):
     owner, field = numbers()
     field[3] = 7
@@ -77,15 +65,6 @@ def test_fields_are_usable_until_they_are_freed(each_kind):
     with pytest.raises(tt.StaleSceneError, match="this thing was destroyed"):
         owner.check("thing")
     owner.free()  # once more does nothing
-
-
-def test_freeing_what_a_new_start_has_freed_does_nothing(each_kind):
-    owner, _ = numbers()
-    tt.init("cpu", force=True)
-    assert owner.is_over()
-    with pytest.raises(tt.StaleSceneError, match="was made before Taichi was initialised again"):
-        owner.check("thing")
-    owner.free()
 
 
 def test_fields_without_an_owner_are_freed_when_others_are_made(taichis, monkeypatch):
@@ -102,84 +81,6 @@ def test_fields_without_an_owner_are_freed_when_others_are_made(taichis, monkeyp
     assert (field[0], field[1]) == (0, 5)
 
 
-def abandoned(count=4):
-    """Leave fields of Taichi's behind whose owner no longer exists, and none of earlier tests."""
-    gc.collect()
-    memory._free_orphans()
-    numbers(count)
-    gc.collect()
-
-
-def test_kernels_are_kept_while_little_waits_to_be_freed(taichis):
-    """When Taichi frees fields, Python must read all kernels again: a few small fields are not worth that."""
-    abandoned()
-    owner, field = numbers()
-
-    @ti.kernel
-    def count():
-        field[0] += 1
-
-    count()
-    began = time.perf_counter()
-    other, _ = numbers()
-    count()
-    assert len(memory._orphans) == 1
-    assert not owner.is_over()
-    assert not other.is_over()
-    assert compiling.kernels(since=began) == []
-    assert field[0] == 2
-
-
-def test_much_memory_is_freed_when_others_are_made(taichis, monkeypatch):
-    monkeypatch.setattr(memory, "MOST_BYTES_WAITING", 3999)
-    abandoned(1000)
-    assert len(memory._orphans) == 1
-    other, _ = numbers()
-    assert memory._orphans == []
-    assert not other.is_over()
-
-
-def test_memory_that_waits_is_freed_before_more_is_refused(taichis, monkeypatch):
-    abandoned()
-    monkeypatch.setattr(memory, "free_bytes", lambda: 100 if memory._orphans else 1000)
-    memory.ask_for(500, "the film")
-    assert memory._orphans == []
-
-
-def test_a_field_that_no_kernel_used_can_be_freed(each_kind):
-    owner, _ = numbers()
-    other, field = numbers()
-    owner.free()
-    field[0] = 3
-    assert field[0] == 3
-    other.free()
-
-
-def test_after_an_error_between_placing_and_allocating_kernels_still_run(each_kind):
-    def fail_in_between():
-        with memory.Memory() as fields:
-            fields.dense(ti.i, 4).place(ti.field(ti.i32))
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail_in_between()
-    _, other = numbers()
-    other[2] = 9
-    assert other[2] == 9
-    double(other)
-    assert other[2] == 18
-
-
-def test_what_a_block_places_is_allocated_at_its_end():
-    owner = memory.Memory()
-    with owner as fields:
-        field = ti.field(ti.i32)
-        fields.dense(ti.i, 4).place(field)
-    field[1] = 2
-    assert field[1] == 2
-    assert not owner.is_over()
-
-
 @pytest.mark.parametrize(("needed", "is_too_much"), [(0, False), (89, False), (91, True), (10**18, True)])
 def test_more_memory_than_is_free_is_refused_before_it_is_taken(monkeypatch, needed, is_too_much):
     """A tenth of what is free is left for others."""
@@ -193,11 +94,6 @@ def test_more_memory_than_is_free_is_refused_before_it_is_taken(monkeypatch, nee
     memory.ask_for(needed, "the film")  # nothing is known: nothing is refused
 
 
-def test_what_is_free_is_more_than_nothing_where_it_is_known():
-    free = memory.free_bytes()
-    assert free is None or 2**20 < free < 2**50
-
-
 def test_what_is_written_is_read_by_python_and_by_kernels(each_kind):
     """Also where kernels copy."""
     owner, field = numbers()
@@ -209,39 +105,6 @@ def test_what_is_written_is_read_by_python_and_by_kernels(each_kind):
     found = owner.read(field)
     found[:] = 0  # it is a copy
     assert field[3] == 6
-
-
-def test_fields_of_an_owner_that_was_freed_tell_so():
-    needs_arrays()
-    owner, field = numbers()
-    field[1] = 5
-    owner.free()
-    uses = [
-        lambda: field[1],
-        lambda: field.__setitem__(1, 2),
-        lambda: field.shape,
-        lambda: field.to_numpy(),
-        lambda: field.from_numpy(np.zeros(4, np.int32)),
-        lambda: field.fill(1),
-    ]
-    for use in uses:
-        with pytest.raises(tt.StaleSceneError, match="this field was destroyed together with its owner"):
-            use()
-    for use in (lambda: owner.write(field, 1), lambda: owner.read(field), lambda: owner.clear(field)):
-        with pytest.raises(tt.StaleSceneError, match="this field was destroyed"):
-            use()
-
-
-def test_fields_are_usable_while_somebody_has_them():
-    """Although nobody refers to their owner."""
-    needs_arrays()
-    owner, field = numbers()
-    owner.write(field, 7)
-    del owner
-    gc.collect()
-    numbers()
-    double(field)
-    np.testing.assert_array_equal(field.to_numpy(), 14)
 
 
 def memory_of(field):
@@ -266,13 +129,3 @@ def test_memory_that_nobody_has_is_freed_at_once(is_used):
     gc.collect()
     assert found() is None
     assert len(memory._orphans) == waiting
-
-
-def test_freeing_gives_the_memory_back_although_somebody_has_the_field():
-    needs_arrays()
-    owner, field = numbers()
-    field[0] = 1
-    found = memory_of(field)
-    owner.free()
-    gc.collect()
-    assert found() is None

@@ -8,7 +8,7 @@ import pytest
 import taichi as ti
 
 import taichi_tracer
-from taichi_tracer.system.observed import after, before, observed, observed_scene
+from taichi_tracer.system.observed import after, observed, observed_scene
 from taichi_tracer.system.seams import called, in_kernels
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -108,59 +108,9 @@ def keep(seen: ti.template(), number, plus, result):
     seen[0], seen[1], seen[2] = number, plus, result
 
 
-def test_methods_call_the_observed_methods_of_their_part():
-    part, count = Part(3), ti.field(ti.i32, ())
-
-    @in_kernels
-    def see(of, number):
-        add_one(count)
-
-    watched = observed(part, {"scaled": before(see)})
-    assert (ask_twice(watched, 5), ask_twice(part, 5), count[None]) == (30, 30, 1)
-    assert "scaled" not in vars(part)
-
-
-@ti.func
-def add_one(count: ti.template()):
-    count[None] += 1
-
-
-def test_an_observer_may_answer_itself_and_the_last_one_runs_first():
-    part = Part(3)
-    changed = observed(part, {"scaled": lambda of, call, number: call(number + 1)})
-    assert ask_twice(changed, 5) == 36
-    both = observed(changed, {"scaled": lambda of, call, number: call(10 * number)})
-    assert ask_twice(both, 5) == 2 * 3 * 51
-    assert ask_twice(observed(both, {"scaled": lambda of, call, number: number}), 5) == 10
-
-
 def plus(watcher, part, call, number):
     """The number is larger by that of the watcher."""
     return call(number + watcher.factor)
-
-
-def times(watcher, part, call, number):
-    """The number is multiplied by that of the watcher."""
-    return call(number * watcher.factor)
-
-
-def test_a_watcher_comes_first_and_parts_with_the_same_observers_have_one_class():
-    part, once, other = (Part(k) for k in (3, 10, 20))
-    first, second = (observed(part, {"scaled": plus}, watcher) for watcher in (once, other))
-    assert type(first) is type(second)
-    assert (ask_twice(first, 5), ask_twice(second, 5), ask_twice(part, 5)) == (2 * 3 * 15, 2 * 3 * 25, 30)
-    assert type(observed(part, {"scaled": times}, once)) is not type(first)
-    both = observed(first, {"scaled": times}, other)
-    assert ask_twice(both, 5) == 2 * 3 * (5 * 20 + 10)
-
-
-def test_a_method_that_is_replaced_later_has_another_class():
-    part = type("Fresh", (Part,), {})(3)
-    before_it = observed(part, {"scaled": plus}, Part(1))
-    type(part).scaled = Mine.scaled
-    after_it = observed(part, {"scaled": plus}, Part(1))
-    assert type(after_it) is not type(before_it)
-    assert ask_twice(after_it, 5) == 2 * 600
 
 
 def test_a_scene_is_observed_with_its_parts_and_the_surfaces_that_it_makes():

@@ -1,21 +1,15 @@
 """One registry for all parts: by name, class or object; whose part it is; and files that register parts."""
 
-import subprocess
-import sys
 import textwrap
-from pathlib import Path
 
 import pytest
 import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.integrators.base import Integrator, View
 from taichi_tracer.samplers.sobol import SobolSampler
-from taichi_tracer.system.registry import HOMES, PARTS, Registry, load_parts
-
-ROOT = Path(tt.__file__).parents[1]
+from taichi_tracer.system.registry import PARTS, load_parts
 
 
 @pytest.fixture
@@ -35,46 +29,6 @@ def white(hit):
 
 
 # ── what there is ──
-
-
-@pytest.mark.parametrize(
-    ("kind", "first", "others"),
-    [
-        ("camera", "perspective", {"orthographic"}),
-        ("triangle test", "watertight", {"moller_trumbore"}),
-        ("intersector", "bvh", {"brute_force"}),
-        ("sampler", "independent", {"sobol", "niederreiter"}),
-        ("BRDF", "diffuse", {"mirror", "phong"}),
-        ("integrator", "uniform", {"mis", "flat", "normal"}),
-        ("renderer", "A1Renderer", {"A2Renderer", "RT3Renderer"}),
-    ],
-)
-def test_the_parts_of_the_package_are_known_by_name(kind, first, others):
-    names = PARTS.names(kind)
-    assert names[0] == first
-    assert others <= set(names)
-    for part in PARTS.all(kind):
-        assert PARTS.find(kind, part.name) is part
-        assert isinstance(part, type) != HOMES[kind][1]
-        assert part.kind == kind
-
-
-def test_every_kind_has_a_home():
-    assert {part.kind for kind in HOMES for part in PARTS.all(kind)} <= set(HOMES)
-
-
-@pytest.mark.parametrize("first", ["brdfs.mirror", "samplers.sobol", "renderer", "integrators.surface_views"])
-def test_the_order_does_not_depend_on_who_imported_what_first(first):
-    """In a process of its own, where nothing was imported before."""
-    program = f"""
-import taichi_tracer.{first}
-from taichi_tracer.system.registry import HOMES, PARTS
-print([PARTS.names(kind) for kind in HOMES])
-"""
-    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, cwd=ROOT)
-    assert result.returncode == 0, result.stderr
-    shipped = [[p.name for p in PARTS.all(kind) if PARTS.comes_with_package(p)] for kind in HOMES]
-    assert result.stdout.strip().splitlines()[-1] == str(shipped)
 
 
 # ── a slot takes a name, a class or an object ──
@@ -121,29 +75,6 @@ def test_a_part_is_known_after_it_was_registered_and_comes_after_the_packages_ow
     assert "white" not in parts.names("integrator")
 
 
-def test_a_decorated_class_is_itself_and_the_registry_holds_an_object_where_it_holds_objects(parts):
-    @tt.register
-    @ti.data_oriented
-    class Velvet(Diffuse):
-        name = "velvet"
-
-    @tt.register
-    class Fisheye(tt.Camera):
-        name = "fisheye"
-
-    assert isinstance(Velvet, type)
-    assert type(parts.find("BRDF", "velvet")) is Velvet
-    assert parts.find("camera", "fisheye") is Fisheye
-
-
-def test_the_same_file_may_register_a_part_again(parts):
-    """As a notebook's cell that is run twice."""
-    first, second = View("white", "White", white), View("white", "Whiter", white)
-    tt.register(first)
-    tt.register(second)
-    assert parts.find("integrator", "white") is second
-
-
 @pytest.mark.parametrize(
     ("part", "message"),
     [
@@ -167,29 +98,7 @@ def test_two_files_may_not_give_one_name(parts, tmp_path):
         parts.add(type("Other", (View,), {"name": "white"})(), str(files[1]))
 
 
-def test_a_registry_of_ones_own_knows_the_package_and_nothing_of_others():
-    mine = Registry()
-    mine.add(View("white", "White", white))
-    assert mine.names("integrator")[-1] == "white"
-    assert "white" not in PARTS.names("integrator")
-
-
 # ── files of parts ──
-
-PART = """
-import taichi as ti
-import taichi.math as tm
-import taichi_tracer as tt
-
-@tt.register
-@ti.data_oriented
-class Red(tt.View):
-    name = "{name}"
-
-    @ti.func
-    def color(self, hit):
-        return tm.vec3(1, 0, 0)
-"""
 
 
 @pytest.fixture
@@ -202,36 +111,6 @@ def file(tmp_path):
         return str(path)
 
     return write
-
-
-def test_the_parts_of_a_file_are_loaded(parts, file):
-    (red,) = load_parts(file(PART.format(name="red")))
-    assert parts.find("integrator", "red") is red
-    (again,) = load_parts(file(PART.format(name="red")))  # changed, and loaded again
-    assert parts.find("integrator", "red") is again
-
-
-def test_a_file_may_import_what_lies_beside_it(parts, file):
-    file("NAME = 'from_beside'", "beside_my_parts.py")
-    (red,) = load_parts(file("from beside_my_parts import NAME\n" + PART.replace('"{name}"', "NAME")))
-    assert red.name == "from_beside"
-
-
-ASSIGNS = """
-import taichi as ti
-import taichi_tracer as tt
-
-@ti.func
-def generate_ray(self, pixel_x, pixel_y):
-    return tt.Ray(origin=self.eye, direction=(1, 0, 0))
-
-tt.Camera.generate_ray = generate_ray
-"""
-
-
-def test_a_file_may_assign_to_a_class_of_the_package(file, monkeypatch):
-    monkeypatch.setattr(tt.Camera, "generate_ray", tt.Camera.generate_ray)  # put back at the end
-    assert load_parts(file(ASSIGNS)) == []
 
 
 @pytest.mark.parametrize(
@@ -250,8 +129,3 @@ def test_what_is_wrong_with_a_file_is_told_with_its_line(parts, file, text, mess
     with pytest.raises(tt.InputError) as error:
         load_parts(path)
     assert f"{path}{message}" in str(error.value)
-
-
-def test_a_missing_file_is_told():
-    with pytest.raises(tt.InputError, match=r"--parts nowhere/my_parts\.py: no such file"):
-        load_parts("nowhere/my_parts.py")

@@ -1,7 +1,6 @@
 """How Taichi is started: once, as asked, on what is there, and never under the feet of an earlier scene."""
 
 import os
-import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -54,13 +53,6 @@ def python(program: str) -> subprocess.CompletedProcess:
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
 
 
-def told(program: str) -> str:
-    """What a program prints; it must succeed."""
-    result = python(program)
-    assert result.returncode == 0, result.stderr
-    return result.stdout.strip()
-
-
 def test_an_exit_is_silent():
     result = python(f"{MADE}\nrenderer.use('hit').render()")
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
@@ -81,12 +73,6 @@ def test_a_start_in_f64_where_there_is_none_is_told(monkeypatch):
 
 
 # ── the second start
-
-
-def test_the_same_settings_again_do_nothing():
-    first = ti.lang.impl.get_runtime().prog
-    assert tt.init("cpu") == tt.init("auto") == tt.init("cpu", "f32", False) == Settings("cpu", "f32", False)
-    assert ti.lang.impl.get_runtime().prog is first
 
 
 @pytest.mark.parametrize("other", [{"precision": "f64"}, {"fast_math": True}, {"arch": "vulkan"}])
@@ -111,51 +97,7 @@ def test_force_starts_again_even_with_the_same_settings():
     assert not memory.Lifetime().is_over()
 
 
-def test_the_same_call_again_does_nothing_after_a_fallback(devices):
-    first = tt.init("cuda", force=True)
-    assert tt.init("cuda") == first
-
-
-@pytest.mark.parametrize("other", [{"threads": 1}, {"debug": True}])
-def test_other_threads_or_checks_are_refused(other):
-    tt.init("cpu", force=True)
-    with pytest.raises(RuntimeError, match="already runs"):
-        tt.init("cpu", **other)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("gpu",), "unknown arch 'gpu': .*known are auto, cpu, cuda, metal, vulkan"),
-        (("vulcan",), "did you mean 'vulkan'"),
-        (("cpu", "f16"), "unknown precision 'f16'.*f32, f64"),
-        ((None,), "unknown arch None"),
-        (("metal", "f64"), "'f64' does not exist on arch 'metal': use one of cpu, cuda"),
-        (("vulkan", "f64"), "'f64' does not exist on arch 'vulkan'"),
-    ],
-)
-def test_settings_that_do_not_exist_are_told(arguments, message):
-    first = ti.lang.impl.get_runtime().prog
-    with pytest.raises(tt.InputError, match=message):
-        tt.init(*arguments, force=True)
-    assert ti.lang.impl.get_runtime().prog is first
-
-
 # ── scenes of an earlier start
-
-
-def test_auto_leaves_out_a_gpu_that_renders_another_picture(devices, monkeypatch):
-    devices.add("vulkan")
-    monkeypatch.setattr(runtime.trial, "problem_of", lambda arch, driver: "exit code -11")
-    told = "running on the CPU; vulkan does not render as the CPU does (exit code -11)"
-    assert runtime._choose("auto", "f32") == ("cpu", told)
-    assert runtime._choose("vulkan", "f32") == ("vulkan", None)
-
-
-def test_asking_for_devices_harms_nothing():
-    first = ti.lang.impl.get_runtime().prog
-    assert {runtime.has_device(arch) for arch in ("cuda", "metal", "vulkan")} <= {True, False}
-    assert ti.lang.impl.get_runtime().prog is first
 
 
 @pytest.mark.parametrize(
@@ -170,37 +112,6 @@ def test_vulkan_in_software_is_started_by_its_name(found, chosen, said, devices,
     assert runtime._choose("auto", "f32")[0] == "cpu"
 
 
-def test_software_vulkan_is_no_device(monkeypatch):
-    monkeypatch.setattr(ti._lib.core, "with_vulkan", lambda: True)
-    monkeypatch.setattr(runtime, "LINUX_GPUS", ("/",))
-    software, card = VulkanDevice("llvmpipe", True), VulkanDevice("card", False)
-    for found, expected in [([], False), ([software], False), ([software, card], True)]:
-        monkeypatch.setattr(runtime, "vulkan_devices", lambda found=found: found)
-        assert runtime.has_device("vulkan") is expected
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux shows GPUs as files")
-def test_without_a_gpu_no_driver_is_loaded(monkeypatch):
-    monkeypatch.setattr(runtime, "LINUX_GPUS", ("/dev/there-is-no-such-gpu",))
-    monkeypatch.setattr(runtime, "vulkan_devices", lambda: pytest.fail("drivers were loaded"))
-    assert not runtime.has_device("vulkan")
-
-
-@pytest.mark.parametrize("library", [None, "libthere-is-no-such-library.so"])
-def test_without_a_vulkan_loader_there_are_no_devices(library, monkeypatch):
-    monkeypatch.setattr(runtime, "vulkan_loader", lambda: library)
-    assert runtime.vulkan_devices() == []
-
-
-@pytest.mark.parametrize(("kind", "is_software"), [(1, False), (2, False), (3, False), (4, True)])
-def test_a_vulkan_device_is_described_by_its_properties(kind, is_software):
-    class Loader:
-        def vkGetPhysicalDeviceProperties(self, handle, properties):
-            struct.pack_into("<5I256s", properties, 0, 1, 2, 3, 4, kind, "Größe".encode())
-
-    assert runtime._describe(Loader(), 1) == VulkanDevice("Größe", is_software)
-
-
 # ── what kernels compute in
 
 
@@ -213,28 +124,3 @@ def test_the_precision_is_that_of_the_kernels(precision):
     assert runtime.epsilon() == {"f32": 2.0**-23, "f64": 2.0**-52}[precision]
     assert runtime.has_f64()
     assert runtime.can_widen() == (precision == "f32")
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
-def test_a_forked_process_says_spawn_instead_of_hanging():
-    program = f"""{MADE}
-import os, signal, sys
-renderer.render()
-uses = [renderer.render, renderer.image, lambda: renderer.canvas, lambda: tt.init("cpu", force=True)]
-uses += [lambda: tt.scene_from_mesh({TRIANGLE}), lambda: scene.intersect([0, 0, 1], [0, 0, -1])]
-uses += [lambda: renderer.camera.set_camera_parameters(fov=30)]
-child = os.fork()
-if child == 0:
-    signal.alarm(60)
-    told = 0
-    for use in uses:
-        try:
-            use()
-        except RuntimeError as error:
-            told += "spawn" in str(error)
-    scene.destroy()
-    sys.exit(told)
-_, status = os.waitpid(child, 0)
-print(len(uses), os.waitstatus_to_exitcode(status), renderer.render().samples)
-"""
-    assert told(program) == "7 7 2"

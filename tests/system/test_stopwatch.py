@@ -1,7 +1,5 @@
 """Every moment belongs to exactly one stage, and nothing happens while no stopwatch runs."""
 
-import contextlib
-
 import pytest
 
 from taichi_tracer.system import stopwatch
@@ -30,29 +28,3 @@ def test_an_inner_part_does_not_count_for_the_outer_one(clock):
     assert watch.seconds == dict.fromkeys(STAGES, 0.0) | {IMPORTS: 1.5, READ: 1.5, BUILD: 2.0, OTHER: 4.0}
     assert sum(watch.seconds.values()) == watch.total == 9.0
     assert (watch.times[READ], watch.times[BUILD], watch.times[EYE_RAYS]) == (1, 1, 0)
-
-
-def test_an_error_ends_the_parts_that_it_leaves(clock):
-    watch = stopwatch.start(started=10.0)
-    with contextlib.suppress(ValueError), stage(READ), stage(BUILD, waits=True):
-        clock[0] = 11.0
-        raise ValueError
-    clock[0] = 13.0
-    stopwatch.stop()
-    assert (watch.seconds[BUILD], watch.seconds[READ], watch.seconds[OTHER]) == (1.0, 0.0, 2.0)
-
-
-def test_without_a_stopwatch_a_part_is_nothing():
-    stopwatch.stop()
-    assert stage(READ) is stage(BUILD)
-    with stage(READ):
-        pass
-
-
-def test_a_stopped_stopwatch_stays_as_it_is(clock):
-    watch = stopwatch.start(started=10.0)
-    stopwatch.stop()
-    clock[0] = 20.0
-    with stage(READ):
-        clock[0] = 30.0
-    assert watch.total == 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from taichi_tracer.system import memory, runtime, tables
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.tables import Tables
 
 ROWS = 5
@@ -67,43 +67,6 @@ def test_every_array_arrives_in_the_first_rows(store, rng, rows, by_kernel):
         found = fields[name].to_numpy()
         np.testing.assert_array_equal(found[:rows], array.astype(found.dtype))
         assert (found[rows:] == 7).all()
-
-
-@pytest.mark.parametrize("by_kernel", [False, True])
-@pytest.mark.parametrize("many", [1, 1 << 18])
-def test_fields_without_an_index_and_large_ones_arrive(store, rng, monkeypatch, many, by_kernel):
-    """A table of ``MANY_CELLS`` has a loop of its own."""
-    monkeypatch.setattr(tables, "MANY_CELLS", many)
-    owner, fields = store
-    arrays = {
-        "matrix": rng.random((4, 4)),
-        "pair": rng.random(2),
-        "one": np.array(3),
-        "texels": rng.random((ROWS, 4, 3)),
-    }
-    some = Tables()
-    for name, array in arrays.items():
-        some.put(fields[name], array)
-    loaded(owner, some, by_kernel)
-    for name, array in arrays.items():
-        found = owner.read(fields[name])
-        np.testing.assert_array_equal(found, array.astype(found.dtype))
-
-
-def test_a_later_array_takes_the_place_of_an_earlier_one(store):
-    owner, fields = store
-    some = Tables()
-    for number in (1, 2):
-        some.put(fields["numbers"], np.full(ROWS, number, runtime.dtype()))
-    some.load(owner)
-    assert len(some.tables) == 1
-    assert (fields["numbers"].to_numpy() == 2).all()
-
-
-def test_no_array_is_no_work(store):
-    owner, _ = store
-    Tables().load(owner)
-    Tables().load_by_kernel()
 
 
 @pytest.mark.parametrize("by_kernel", [False, True])

@@ -3,12 +3,10 @@
 import re
 from html.parser import HTMLParser
 
-import browser
 import numpy as np
 import pytest
 
 from taichi_tracer.teaching import class_page
-from taichi_tracer.teaching import grade as grading
 from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.sandbox import WallLevel
@@ -99,56 +97,4 @@ def test_the_page_of_the_class_has_everything(folder):
         assert word in text
 
 
-def test_every_student_has_a_page(folder):
-    pages = sorted((folder / "students").iterdir())
-    assert len(pages) == len(MARKS)
-    for page in pages:
-        assert Tags(page.read_text()).loaded == []
-    text = (folder / "students" / "123456782.html").read_text()
-    for word in (
-        "2 of 4",
-        "all agree",
-        "which point?",
-        "a note",
-        "imports",
-        "1.98 of 5 points (2.2 before deductions)",
-    ):
-        assert word in text
-
-
-def test_the_page_of_a_right_part_is_short(folder):
-    text = (folder / "students" / "123456781.html").read_text()
-    assert text.count("class='part'") == 1
-
-
-def test_names_of_files_are_safe_and_different():
-    names = class_page.file_names(MARKS)
-    assert len({name.casefold() for name in names.values()}) == len(MARKS)
-    assert all(re.fullmatch(r"[A-Za-z0-9_-]+\.html", name) for name in names.values())
-
-
-def test_pictures_that_were_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(grading, "kept_at", lambda *args: tmp_path / "none")
-    assert grading.pictures_of(None, None, 1) == {}
-
-
 # ── in a real browser ──
-
-
-@pytest.fixture(scope="module")
-def shown(tmp_path_factory):
-    """A browser."""
-    with browser.started(tmp_path_factory.mktemp("browser")) as one:
-        yield one
-
-
-PAGES = ("index.html", "students/123456782.html", "check.html")
-SIZES = [(width, scheme) for width in (1280, 390) for scheme in ("light", "dark")]
-
-
-def contrast(one, other):
-    """The contrast of two colours "rgb(r, g, b)", as the guidelines for accessible pages define it."""
-    levels = [np.array([float(n) for n in re.findall(r"[0-9.]+", colour)[:3]]) / 255 for colour in (one, other)]
-    linear = [np.where(c <= 0.03928, c / 12.92, ((c + 0.055) / 1.055) ** 2.4) for c in levels]
-    light, dark = sorted((float(c @ [0.2126, 0.7152, 0.0722]) for c in linear), reverse=True)
-    return (light + 0.05) / (dark + 0.05)

@@ -1,6 +1,5 @@
 """Grading: marks of a class, whatever its submissions do; on a small assignment in plain Python."""
 
-import hashlib
 import os
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from taichi_tracer.teaching import catalogue, walls
 from taichi_tracer.teaching import grade as grading
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
 from taichi_tracer.teaching.marks import Rules
-from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
 from taichi_tracer.teaching.submissions import find
 from taichi_tracer.teaching.walls import Limits
@@ -44,13 +42,6 @@ def level():
         return best_level.__wrapped__(trust=True)
 
 
-@pytest.fixture(scope="module")
-def reference(assignment):
-    """The solution's answers."""
-    with Reference(assignment, 1) as found:
-        yield found
-
-
 def handed_in(folder: Path, code: str, student: str = "123456789", **files: str):
     """A submission of one student as a zip file."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -61,12 +52,6 @@ def handed_in(folder: Path, code: str, student: str = "123456789", **files: str)
 def earned(mark) -> dict[str, float]:
     """Part → points."""
     return {part.name: part.earned for part in mark.parts}
-
-
-def fingerprint(folder: Path) -> dict[str, str]:
-    """File → hash of its content."""
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
-    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
 
 
 # ── a class ──

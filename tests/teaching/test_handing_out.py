@@ -4,13 +4,11 @@ import ast
 import json
 import re
 
-import numpy as np
 import pytest
 
-import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, checkerboard
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN
 from taichi_tracer.teaching.handing_out import write_folder, write_notebook
 from taichi_tracer.teaching.loading import load_submission, solution_of
@@ -91,55 +89,6 @@ def test_every_method_with_a_part_is_a_stub(folders, name):
             assert f'not_written("{part.name}")' in source.splitlines()[found.line - 1]
 
 
-def test_a_window_shows_a_checkerboard_with_the_names_of_the_stubs(folders):
-    """Until the stubs that the picture needs are written; those of other views do not matter."""
-    assignment = catalogue.load("a1")
-    student, solution = load_submission(folders["a1"][0], assignment), solution_of(assignment)
-    view = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
-    scene = tt.load_scene_data("cornell_box", intersector=solution.classes["RayIntersector"])
-    camera = solution.classes["Camera"](96, 64, **view)
-    renderer = tt.teaching.marked(student.classes["A1Renderer"](scene, camera=camera)).use("normal")
-    assert checkerboard.missing(renderer) == ["A1Renderer.shade_normal"]
-    greys = set((255 * np.asarray(renderer.image())[..., 2]).round().astype(int).ravel().tolist())
-    assert {checkerboard.DARK, checkerboard.LIGHT} <= greys
-
-    written = type("A1Renderer", (student.classes["A1Renderer"],), {"__module__": "renderer"})
-    written.shade_normal = solution.classes["A1Renderer"].shade_normal
-    shown = tt.teaching.marked(written(scene, camera=camera)).use("normal")
-    student.classes["A1Renderer"].shade_normal = solution.classes["A1Renderer"].shade_normal
-    assert checkerboard.missing(shown) == []
-    whole = solution.classes["A1Renderer"](scene, camera=camera).use("normal")
-    assert np.array_equal(shown.image(), whole.image())
-
-
-class Chosen:
-    """A sampler as a student has it: one function is written, and one is not."""
-
-    @staticmethod
-    def direction():
-        tt.teaching.not_written("Chosen.direction")
-
-    @staticmethod
-    def density():
-        return 1
-
-
-def light():
-    """A method that calls the functions of a class by its name, as renderers call samplers."""
-    return Chosen.direction(), Chosen.density()
-
-
-def test_stubs_that_a_written_method_calls_are_named():
-    assert checkerboard.stubs_behind(light, "Renderer.light") == ["Chosen.direction"]
-    assert checkerboard.stubs_behind(Chosen.density, "Chosen.density") == []
-
-
-def test_long_names_fit_into_small_pictures():
-    board = checkerboard.board(64, 48, ("RayIntersector.intersect_triangle",))
-    assert board.shape == (64, 48, 3)
-    assert len(np.unique(board)) > 10  # letters are there
-
-
 def test_nothing_is_written_over_a_students_work(tmp_path, capsys):
     (tmp_path / "camera.py").write_text("mine")
     with pytest.raises(InputError, match="nothing is written over it"):
@@ -147,13 +96,3 @@ def test_nothing_is_written_over_a_students_work(tmp_path, capsys):
     assert main(["assignment", "new", "a1", str(tmp_path)]) == 2
     assert "give a new folder" in capsys.readouterr().err
     assert (tmp_path / "camera.py").read_text() == "mine"
-
-
-def test_the_commands(tmp_path, capsys):
-    assert main(["assignment", "list"]) == 0
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == NAMES
-    assert main(["assignment", "new", "rt3", str(tmp_path / "x"), "--seed", "7"]) == 0
-    assert json.loads((tmp_path / "x" / "assignment.json").read_text()) == {"assignment": "rt3", "seed": 7}
-    assert main(["assignment", "new", "a9", str(tmp_path / "y")]) == 2
-    assert "unknown assignment 'a9': known are a1" in capsys.readouterr().err
-    assert not (tmp_path / "y").exists()

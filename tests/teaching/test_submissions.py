@@ -1,6 +1,5 @@
 """Submissions: hostile zip files are refused, unusual ones are unpacked, and the rules of the course are read off."""
 
-import io
 import os
 import stat
 import struct
@@ -10,9 +9,8 @@ import zlib
 import pytest
 from teaching.sums import zipped
 
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import submissions
-from taichi_tracer.teaching.submissions import RefusedError, Submission, find, submission, unpack
+from taichi_tracer.teaching.submissions import RefusedError, find, submission, unpack
 
 FILES = ("camera.py", "renderer.py")
 
@@ -73,18 +71,6 @@ def test_too_many_files(tmp_path):
     refused(zipped(tmp_path / "1.zip", files), tmp_path, "more than 400 files")
 
 
-def test_a_list_of_entries_that_is_too_long_is_not_read(tmp_path, monkeypatch):
-    files = {f"{i}.py": "" for i in range(500)}
-    path = zipped(tmp_path / "1.zip", files)
-    data = bytearray(path.read_bytes())
-    at = data.rfind(submissions.END_OF_ZIP)
-    data[at + 8 : at + 12] = struct.pack("<HH", 1, 1)  # the header lies
-    data[at + 12 : at + 16] = struct.pack("<I", 0xFFFFFFFF)
-    path.write_bytes(bytes(data))
-    monkeypatch.setattr(zipfile, "ZipFile", None)
-    refused(path, tmp_path, "more than 400 files")
-
-
 def test_too_many_bytes(tmp_path):
     with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:  # stored, so that the ratio is 1
         for i in range(19):
@@ -119,41 +105,6 @@ def test_sizes_are_counted_and_not_believed(tmp_path):
     assert sum(p.stat().st_size for p in (tmp_path / "target").rglob("*")) < 1 << 20
 
 
-@pytest.mark.parametrize(
-    ("names", "reason"),
-    [
-        (("camera.py", "Camera.py"), "differ only in capital letters"),
-        (("a/camera.py", "A/camera.py"), "differ only in capital letters"),
-        (("caf\u00e9.py", "cafe\u0301.py"), "twice"),
-        (("a", "a/camera.py"), "file and a folder"),
-    ],
-)
-def test_names_that_clash(names, reason, tmp_path):
-    refused(zipped(tmp_path / "1.zip", dict.fromkeys(names, "x")), tmp_path, reason)
-
-
-def test_one_name_twice(tmp_path):
-    with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:
-        archive.writestr("camera.py", "1")
-        with pytest.warns(UserWarning, match="Duplicate name"):
-            archive.writestr("camera.py", "2")
-    refused(tmp_path / "1.zip", tmp_path, "twice")
-
-
-def test_a_password(tmp_path):
-    path = zipped(tmp_path / "1.zip", {"camera.py": "x"})
-    data = bytearray(path.read_bytes())
-    data[data.find(b"PK\x01\x02") + 8] |= 1
-    path.write_bytes(bytes(data))
-    refused(path, tmp_path, "password")
-
-
-def test_an_unusual_packer(tmp_path):
-    with zipfile.ZipFile(tmp_path / "1.zip", "w", zipfile.ZIP_LZMA) as archive:
-        archive.writestr("camera.py", "x" * 1000)
-    refused(tmp_path / "1.zip", tmp_path, "unusual way")
-
-
 @pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x05\x06", b"PK\x05\x06" + bytes(18) + b"x", None])
 def test_what_is_no_zip_file(content, tmp_path):
     if content is None:  # cut in the middle
@@ -166,62 +117,7 @@ def test_what_is_no_zip_file(content, tmp_path):
     refused(tmp_path / "1.zip", tmp_path)
 
 
-def test_a_file_that_is_too_large(tmp_path, monkeypatch):
-    monkeypatch.setattr(submissions, "MOST_PACKED", 100)
-    refused(zipped(tmp_path / "1.zip", {"camera.py": os.urandom(200)}), tmp_path, "MB are allowed")
-
-
-def test_links_in_a_folder(tmp_path):
-    (tmp_path / "1").mkdir()
-    (tmp_path / "1" / "camera.py").symlink_to("/etc/passwd")
-    refused(tmp_path / "1", tmp_path, "link")
-
-
-def test_a_pipe_in_a_folder(tmp_path):
-    (tmp_path / "1").mkdir()
-    os.mkfifo(tmp_path / "1" / "camera.py")
-    refused(tmp_path / "1", tmp_path, "device")
-
-
 # ── what is normal ──
-
-
-def test_what_systems_add_is_left_out(tmp_path):
-    files = {"camera.py": "1", "__MACOSX/._camera.py": "x", ".DS_Store": "x", "__pycache__/camera.pyc": "x"}
-    found = unpacked(zipped(tmp_path / "1.zip", files), tmp_path)
-    assert sorted(p.name for p in found.folder.iterdir()) == ["camera.py"]
-    assert found.notes == ["missing: renderer.py"]
-
-
-@pytest.mark.parametrize("around", ["hw1/", "a/b/c/", "taichi_tracer/", "Übung 1/", "a\\"])
-def test_folders_around_the_files(around, tmp_path):
-    found = unpacked(zipped(tmp_path / "1.zip", {f"{around}camera.py": "1", f"{around}renderer.py": "2"}), tmp_path)
-    assert (found.folder / "camera.py").read_text() == "1"
-    assert len(found.notes) == 1
-
-
-def test_the_folder_with_most_files_counts(tmp_path):
-    files = {"old/camera.py": "old", "new/camera.py": "new", "new/renderer.py": ""}
-    found = unpacked(zipped(tmp_path / "1.zip", files), tmp_path)
-    assert (found.folder / "camera.py").read_text() == "new"
-
-
-def test_a_file_with_capital_letters(tmp_path):
-    found = unpacked(zipped(tmp_path / "1.zip", {"Camera.py": "1", "renderer.py": ""}), tmp_path)
-    assert (found.folder / "camera.py").read_text() == "1"
-    assert "should be called 'camera.py'" in found.notes[0]
-
-
-def test_an_empty_zip_file(tmp_path):
-    assert unpacked(zipped(tmp_path / "1.zip", {}), tmp_path).notes == ["missing: camera.py, renderer.py"]
-
-
-def test_names_in_an_old_encoding(tmp_path):
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w") as archive:
-        archive.writestr("aufgabe_XX.py", "1")
-    (tmp_path / "1.zip").write_bytes(data.getvalue().replace(b"_XX", b"_\x81\x84"))
-    assert len(list(unpacked(tmp_path / "1.zip", tmp_path).folder.iterdir())) == 1
 
 
 # ── whose it is ──
@@ -255,26 +151,3 @@ def test_a_class_is_a_folder_of_zips_and_folders(tmp_path):
     (tmp_path / "3").mkdir()
     (tmp_path / "__MACOSX").mkdir()
     assert [one.key for one in find(tmp_path, FILES)] == ["1.zip", "2.zip", "3"]
-
-
-@pytest.mark.parametrize("inner", ["camera.py", "Camera.py", "my files/camera.py"])
-def test_a_folder_with_the_files_is_one_student(inner, tmp_path):
-    path = tmp_path / "123456789" / inner
-    path.parent.mkdir(parents=True)
-    path.write_text("")
-    assert [one.student for one in find(tmp_path / "123456789", FILES)] == ["123456789"]
-
-
-def test_nothing_to_grade(tmp_path):
-    with pytest.raises(InputError, match="neither zip files"):
-        find(tmp_path, FILES)
-    with pytest.raises(InputError, match="no such file"):
-        find(tmp_path / "none", FILES)
-
-
-def test_the_digest_changes_with_the_content(tmp_path):
-    path = zipped(tmp_path / "1.zip", {"camera.py": "1"})
-    first = Submission(path, "1.zip", "1", True).digest
-    assert Submission(path, "1.zip", "1", True).digest == first
-    zipped(path, {"camera.py": "2"})
-    assert Submission(path, "1.zip", "1", True).digest != first

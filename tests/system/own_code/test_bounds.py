@@ -9,7 +9,7 @@ from support import needs_arrays, needs_patch
 import taichi_tracer as tt
 from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code import bounds
-from taichi_tracer.system.own_code.bounds import WATCH, Kept, Place
+from taichi_tracer.system.own_code.bounds import WATCH, Kept
 
 pytestmark = pytest.mark.usefixtures("f32")
 FAR = 100_000_000  # elements beyond: memory that the process does not have
@@ -79,69 +79,3 @@ def test_the_arrays_of_a_mesh(step, factor):
     text = "triangle_vertex_ids[triangle_id + self" if step else "self.geometry.vertices[self.factor"
     with pytest.raises(OwnCodeError, match=rf":{line_of(text)}: index -?\d+ is beyond the field"):
         scene.intersect(np.zeros((100, 3)), np.eye(3)[np.arange(100) % 3])
-
-
-def test_a_constant_index_is_told_before_the_kernel_runs():
-    class Constant(Table):
-        @ti.func
-        def color(self, hit):
-            return self.table[16]
-
-    with pytest.raises(OwnCodeError, match="index 16 is beyond the field, which has 16 elements"):
-        picture(Constant())
-
-
-def test_what_is_right_is_read_again_without_the_watch():
-    renderer = picture(Table())
-    first = renderer.image()
-    assert first.max() == 0.5
-    assert not WATCH.forget
-    kernels = len(WATCH.proven)
-    assert kernels > 0
-    np.testing.assert_array_equal(renderer.render(3).image(), first)
-    assert len(WATCH.proven) < kernels
-    assert not WATCH.forget
-
-
-def test_after_an_error_the_next_picture_is_right():
-    view = Table()
-    view.step = FAR
-    with pytest.raises(OwnCodeError):
-        picture(view)
-    assert picture(Table()).image().max() == 0.5
-
-
-def test_another_process_does_not_watch_what_was_right_with_as_many_elements(tmp_path):
-    picture(Table())
-    here = Place(__file__, line_of("return self.table[hit"), 0, 16)
-    other = Kept()
-    assert other.has(here)
-    assert not other.has(here._replace(elements=17))
-    assert not other.has(here._replace(line=here.line + 1))
-    (tmp_path / "file.py").write_text("x = 1\n")
-    moved = here._replace(file=str(tmp_path / "file.py"))
-    other.keep({moved})
-    assert Kept().has(moved)
-    (tmp_path / "file.py").write_text("x = 2\n")
-    assert not Kept().has(moved)  # it was changed
-
-
-def test_what_was_wrong_is_not_kept():
-    view = Table()
-    view.step = FAR
-    with pytest.raises(OwnCodeError):
-        picture(view)
-    assert not Kept().has(Place(__file__, line_of("return self.table[hit"), 0, 16))
-
-
-def test_what_nobody_could_note_is_not_taken_for_right(monkeypatch):
-    """On a GPU there is no array for it; and there are more places than it has room for."""
-    monkeypatch.setattr(bounds, "MOST_PLACES", 0)
-    monkeypatch.setattr(WATCH, "places", [])
-    picture(Table())
-    here = Place(__file__, line_of("return self.table[hit"), 0, 16)
-    assert not Kept().has(here)
-    monkeypatch.setattr(WATCH, "found", None)
-    monkeypatch.setattr(WATCH, "prepare", lambda: None)
-    picture(Table())
-    assert not Kept().has(here)

@@ -4,11 +4,10 @@ import re
 import warnings
 
 import pytest
-from wrong_parts import WRONG, view
+from wrong_parts import WRONG
 
 import taichi_tracer as tt
 from taichi_tracer.system.errors import OwnCodeError
-from taichi_tracer.system.own_code import faults
 from taichi_tracer.system.registry import PARTS, load_parts
 from taichi_tracer.system.taichi_17 import patches
 
@@ -55,34 +54,9 @@ def test_a_mistake_is_told_in_one_line(name, tmp_path):
     assert not here or int(line[1]) in here, message
 
 
-def test_an_error_of_the_package_stays_as_it_is():
-    assert faults.fault_of(ValueError("anything")) is None
-
-
 def test_a_method_that_is_right_is_not_judged(tmp_path):
     path = tmp_path / "my_parts.py"
     path.write_text(WRONG["no self"][0].replace("color(hit)", "color(self, hit)"))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", UserWarning)
-        run(path)
-
-
-PLAIN_HELPER = """
-@ti.func
-def twice(n):
-    return 2 * n
-
-
-def chosen(n, how):
-    if how == "twice" and hasattr(n, "x"):
-        n = twice(n)
-    return n
-"""
-
-
-def test_a_plain_function_that_decides_while_the_kernel_is_read_is_right(tmp_path):
-    path = tmp_path / "my_parts.py"
-    path.write_text(view('return chosen(hit.normal, "twice")', before=PLAIN_HELPER))
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
         run(path)

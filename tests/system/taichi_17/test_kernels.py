@@ -17,16 +17,6 @@ def nothing_counted(monkeypatch):
         monkeypatch.setattr(compiling, name, empty)
 
 
-def test_only_what_was_not_found_counts(monkeypatch):
-    calls, ticks = [], iter([0.0, 0.5, 1.0, 1.001, 2.0, 3.0])
-    monkeypatch.setattr(kernels, "perf_counter", lambda: next(ticks))
-    compile_kernel = kernels.counting_translating(lambda *words: calls.append(words) or "kernel")
-    assert [compile_kernel(i) for i in range(3)] == ["kernel"] * 3
-    assert calls == [(0,), (1,), (2,)]
-    assert compiling.kernels_made() == 2
-    assert compiling.seconds_to_save() == pytest.approx(1.5)
-
-
 def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     ticks, busy = iter([1.0, 1.5, 2.0, 2.01, 3.0, 3.1, 4.0, 5.0, 6.0, 9.0]), iter([0.0, 0.01, 1.0, 1.5, 2.0, 2.0])
     monkeypatch.setattr(kernels, "perf_counter", lambda: next(ticks))
