@@ -9,7 +9,7 @@ import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import from_arguments
 from benchmarks.peers import MitsubaScene, embree_scene
-from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.intersectors.wide_bvh import WideBVH
 
 RUNS = 5  # builds of each candidate
 

@@ -1,6 +1,6 @@
-"""Direct illumination, compared with Mitsuba 3: time per sample, shadow rays, and time to a given error.
+"""Direct illumination, compared with Mitsuba 3: time per sample, and time to a given error.
 
-python -m benchmarks.direct [sample | shadow | error | process | compile ...]
+python -m benchmarks.direct [sample | error | process | compile ...]
 """
 
 import functools
@@ -15,13 +15,11 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, bsdf
-from benchmarks.peers import MitsubaScene
 from benchmarks.samplers import (
     DIRECT,
     SPHERES_VIEW,
@@ -31,11 +29,7 @@ from benchmarks.samplers import (
     their_sky,
     three_spheres,
 )
-from taichi_tracer.fast.lanes import Turns
-from taichi_tracer.fast.shadow_streams import shadow_rays
-from taichi_tracer.fast.tiles import SIDE, Tiles
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.ray import Ray
 
 SIZE = 512
 SPP_PER_CALL = 16
@@ -76,106 +70,11 @@ def per_sample() -> str:
         for estimator, how in THEIR_ESTIMATORS.items():
             theirs = make_theirs(how, SIZE)
             calls = {"Mitsuba llvm": lambda theirs=theirs: theirs.render(SPP_PER_CALL)}
-            for name, use_tiles in (("taichi_tracer", None), ("taichi_tracer, pixel by pixel", False)):
-                renderer = tt.A2Renderer(scene, SIZE, SIZE).use(estimator)
-                renderer.use_tiles = use_tiles
-                if use_tiles is None:
-                    begin_tiles(renderer)
-                calls[name] = lambda renderer=renderer: (renderer.render(SPP_PER_CALL), ti.sync())
+            renderer = tt.A2Renderer(scene, SIZE, SIZE).use(estimator)
+            calls["taichi_tracer"] = lambda renderer=renderer: (renderer.render(SPP_PER_CALL), ti.sync())
             medians = {name: s / SPP_PER_CALL for name, s in interleaved(calls, RUNS).items()}
             report += ratio_table(f"{title}, {SIZE}², {estimator}", medians, "Mitsuba llvm", "ms per sample")
         scene.destroy()
-    return report
-
-
-def begin_tiles(renderer) -> None:
-    """Let a renderer use tiles from now on, if they are possible, as after some seconds of rendering."""
-    renderer.use_tiles = True
-    renderer.render(2)
-    ti.sync()
-    renderer.use_tiles = None
-
-
-# ── shadow rays ──
-
-
-@ti.data_oriented
-class ShadowRays:
-    """The shadow rays of a picture, tile by tile, and kernels that trace them in both forms."""
-
-    def __init__(self, scene: tt.SceneData, size: int) -> None:
-        self.intersector = scene.ray_intersector
-        rng = np.random.default_rng(1)
-        y, x = np.mgrid[:size, :size].reshape(2, -1)
-        tile = (x // SIDE) * (size // SIDE) + y // SIDE
-        order = np.argsort(tile, kind="stable")
-        renderer = tt.A2Renderer(scene, size, size)
-        hits = scene.intersect(*renderer.camera.rays(x[order], y[order]))
-        met = hits.is_hit
-        n, angle, xi = hits.normal[met], rng.uniform(0, 2 * np.pi, met.sum()), rng.uniform(size=met.sum())
-        axis = np.where(abs(n[:, :1]) > 0.9, [[0.0, 1, 0]], [[1.0, 0, 0]])
-        s = np.cross(axis, n)
-        s /= np.linalg.norm(s, axis=1, keepdims=True)
-        t = np.cross(n, s)
-        r = np.sqrt(xi)[:, None]
-        directions = r * np.cos(angle)[:, None] * s + r * np.sin(angle)[:, None] * t + np.sqrt(1 - xi)[:, None] * n
-        extent = float(np.ptp(np.asarray(scene.mesh.vertices), axis=0).max())
-        self.origins = (hits.position[met] + 1e-5 * extent * n).astype(np.float32)
-        self.directions = directions.astype(np.float32)
-        tiles = (size // SIDE) ** 2
-        begin = np.searchsorted(tile[order][met], np.arange(tiles + 1)).astype(np.int32)
-        self.turns, self.count = Turns(tiles), len(self.origins)
-        self.o, self.d = (ti.Vector.field(3, float, self.count) for _ in range(2))
-        self.o.from_numpy(self.origins)
-        self.d.from_numpy(self.directions)
-        self.begin = ti.field(ti.i32, tiles + 1)
-        self.found, self.alone = ti.field(ti.i32, self.count), ti.field(ti.i32, self.count)
-        self.begin.from_numpy(begin)
-        self.streams = shadow_rays(self.intersector, self.turns.places, SIDE * SIDE)
-
-    @ti.kernel
-    def single_rays(self):
-        """One by one."""
-        for i in self.alone:
-            ray = Ray(origin=self.o[i], direction=self.d[i])
-            self.alone[i] = ti.cast(self.intersector.is_blocked(ray, 0.0, tm.inf), ti.i32)
-
-    @ti.kernel
-    def in_streams(self):
-        """Tile by tile; the copy of the rays into the lists is included."""
-        self.turns.begin()
-        for iteration in range(self.turns.iterations):
-            c, tile = self.turns.place_and_piece(iteration)
-            while tile < self.turns.pieces:
-                self.streams.clear(c)
-                for i in range(self.begin[tile], self.begin[tile + 1]):
-                    self.streams.add(c, self.o[i], self.d[i])
-                self.streams.trace(c)
-                for i in range(self.begin[tile], self.begin[tile + 1]):
-                    self.found[i] = ti.cast(self.streams.is_blocked(c, i - self.begin[tile]), ti.i32)
-                tile = self.turns.next_piece()
-
-
-def rays_per_second() -> str:
-    """Tables: shadow rays of a picture, kernels only, against Mitsuba's on the same rays in the same order."""
-    report = ""
-    meshes = {
-        "three spheres": tt.load_scene_data("specular_spheres"),
-        "cornell_box": tt.load_scene_data("cornell_box"),
-        f"displaced sphere of {BLOB:,} triangles": tt.SceneData(blob(), view=BLOB_VIEW),
-    }
-    for title, scene in meshes.items():
-        rays = ShadowRays(scene, SIZE)
-        peer = MitsubaScene(np.asarray(scene.mesh.vertices), np.asarray(scene.mesh.faces))
-        calls = {
-            "Mitsuba llvm": peer.occluded(peer.rays(rays.origins, rays.directions)),
-            "taichi_tracer, in streams": lambda rays=rays: (rays.in_streams(), ti.sync()),
-            "taichi_tracer, one by one": lambda rays=rays: (rays.single_rays(), ti.sync()),
-        }
-        medians = interleaved(calls, 4 * RUNS)
-        differ = int((rays.found.to_numpy() != rays.alone.to_numpy()).sum())
-        name = f"{title}: {rays.count:,} cosine shadow rays of {SIZE}²; {differ} answers differ between the forms"
-        report += ratio_table(name, medians, "Mitsuba llvm", "million rays/s", rays.count)
     return report
 
 
@@ -184,7 +83,6 @@ def rays_per_second() -> str:
 ERROR_SIZE = 256
 TARGETS = (0.05, 0.02, 0.01)
 OURS = ("niederreiter", "niederreiter_two")
-IN_TILES = "niederreiter, in tiles"  # from the first sample on; by itself, a renderer takes them after some seconds
 THEIRS = ("multijitter", "ldsampler", "orthogonal")
 WITH_OPTION = "multijitter with mis_compensation"  # an option of Mitsuba's environments, off by default
 COUNTS = (4, 16, 64, 256, 512)
@@ -213,11 +111,7 @@ def rms(values: list[float]) -> float:
 def curves() -> dict[str, tuple[list[float], list[int], list[float]]]:
     """Name → (errors, real counts, seconds of rendering), for the three spheres on a floor under sun and sky, MIS."""
     scene = spheres_under_sun()
-    ours = {
-        name: tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=name.split(",")[0]).use("mis")
-        for name in (*OURS, IN_TILES)
-    }
-    ours[IN_TILES].use_tiles = True
+    ours = {name: tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=name).use("mis") for name in OURS}
     reference = tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
     truth = reference.image().astype(np.float64)
     theirs = {name: their_spheres(name) for name in (*THEIRS, WITH_OPTION)}
@@ -279,20 +173,19 @@ def to_error() -> str:
     lines += [f"| | {' | '.join(head)} | ms per sample |", "|---|" + "--:|" * (2 * len(TARGETS) + 1)]
     for name, curve in found.items():
         cells = [f"{needed(*curve[:2], t):.0f} | {seconds_to(curve, t):.3g}" for t in TARGETS]
-        label = f"taichi_tracer, {name}" if name in (*OURS, IN_TILES) else f"Mitsuba llvm, {name}"
+        label = f"taichi_tracer, {name}" if name in OURS else f"Mitsuba llvm, {name}"
         lines.append(f"| {label} | {' | '.join(cells)} | {1e3 * curve[2][-1] / curve[1][-1]:.3g} |")
     for target in TARGETS:
-        for names, form in ((OURS, "Best"), ((IN_TILES,), "In tiles")):
-            for peers, what in ((THEIRS, "Mitsuba's speed"), ((WITH_OPTION,), f"that of {WITH_OPTION}")):
-                ours, theirs = best(found, names, target), best(found, peers, target)
-                if math.isnan(ours[0] + theirs[0]):
-                    continue
-                samples = theirs[1] / ours[1]
-                ratio = theirs[0] / ours[0]
-                lines.append(
-                    f"\n{form} to {target:.0%}: {ratio:.2f} × {what} = {samples:.2f} by the samples needed × "
-                    f"{ratio / samples:.2f} by the time of a sample."
-                )
+        for peers, what in ((THEIRS, "Mitsuba's speed"), ((WITH_OPTION,), f"that of {WITH_OPTION}")):
+            ours, theirs = best(found, OURS, target), best(found, peers, target)
+            if math.isnan(ours[0] + theirs[0]):
+                continue
+            samples = theirs[1] / ours[1]
+            ratio = theirs[0] / ours[0]
+            lines.append(
+                f"\nTo {target:.0%}: {ratio:.2f} × {what} = {samples:.2f} by the samples needed × "
+                f"{ratio / samples:.2f} by the time of a sample."
+            )
     return "\n".join(lines) + "\n"
 
 
@@ -386,7 +279,7 @@ def seconds(program: Path, cache: str, *arguments: str) -> float:
 
 def compilation() -> str:
     """A table: seconds of the processor to compile the kernel of a sample, without the cache."""
-    lines = ["\n**compiling the kernel of a sample**\n", "| | pixel by pixel, s | tile by tile, s |", "|---|--:|--:|"]
+    lines = ["\n**compiling the kernel of a sample**\n", "| | s |", "|---|--:|"]
     for title in ("three spheres", f"displaced sphere of {BLOB:,} triangles"):
         for estimator in ("brdf", "mis"):
             scene = SCENES[title][0]()
@@ -394,12 +287,9 @@ def compilation() -> str:
             kernels = renderer.kernel_scene()
             renderer.begin()
             kernels.lights.prepare()
-            if hasattr(renderer.eye_rays, "bring_up_to_date"):
-                renderer.eye_rays.bring_up_to_date(0, 0)
-            one_sample = renderer.sample_parts(kernels, renderer.plan.integrator(kernels)), 0, 0, 1
-            pixels = processor(functools.partial(renderer._take_samples, *one_sample))
-            together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, 0, 0))
-            lines.append(f"| {title}, {estimator} | {pixels:.2f} | {together:.2f} |")
+            one_sample = renderer.sample_parts(kernels, renderer.active), 0, 0, 1
+            taken = processor(functools.partial(renderer._take_samples, *one_sample))
+            lines.append(f"| {title}, {estimator} | {taken:.2f} |")
             scene.destroy()
     return "\n".join(lines) + "\n"
 
@@ -415,7 +305,6 @@ def processor(call: Callable[[], object]) -> float:
 
 PARTS = {
     "sample": per_sample,
-    "shadow": rays_per_second,
     "error": to_error,
     "process": from_a_new_process,
     "compile": compilation,

@@ -18,7 +18,6 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import from_arguments
 from benchmarks.peers import MitsubaScene, embree_scene
 from taichi_tracer.camera import Camera
-from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.ray import Ray
 
 RESOLUTION = 1024
@@ -118,22 +117,7 @@ def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
         test: tt.scene_from_mesh(vertices, faces, triangle_test=test) for test in ("watertight", "moller_trumbore")
     }
     peer = MitsubaScene(vertices, faces)
-    camera = Camera(RESOLUTION, RESOLUTION, **VIEW)
-    eye_rays = peer.rays(*primary_rays(camera))
-    primary = {"Mitsuba llvm, coherent": peer.nearest(eye_rays, coherent=True)}
-    for test, scene in scenes.items():
-        for form, use_packets in (("packets", True), ("single rays", False)):
-            hits = PrimaryHits(scene, camera, use_packets=use_packets)
-            primary[f"taichi_tracer, {test}, {form}"] = lambda hits=hits: (hits.trace(), ti.sync())
-    base = "Mitsuba llvm"
-    report = ratio_table(
-        f"{name}: primary rays, {RESOLUTION}²",
-        interleaved(primary),
-        f"{base}, coherent",
-        "million rays/s",
-        RESOLUTION**2,
-    )
-
+    base, report = "Mitsuba llvm", ""
     frames = {}
     for size in (512, 1024):
         rays = peer.rays(*primary_rays(Camera(size, size, **VIEW)))

@@ -10,13 +10,13 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.files.picture import Picture
-from taichi_tracer.forms import Plan, SampleParts
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
+from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.system import memory
@@ -73,10 +73,6 @@ class MapRenderer(ProgressiveRenderer):
         self._colours: Any = None
         self._parts = Recent(KEPT_FORMS)
         super().__init__(scene_data, width, height, **options)
-
-    def make_plan(self) -> Plan:
-        """The plain form: its work is counted."""
-        return Plan(self, "their work is counted")
 
     # ── what is measured ──
 

@@ -44,7 +44,7 @@ class SceneOptions(TypedDict, total=False):
     """The options of a scene.
 
     intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
-        such a class that has no geometry yet.
+        such a class that has no geometry yet. "bvh" is the hierarchy to be read, "wide_bvh" a faster one.
     triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
     view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
         three-quarter view from above, which shows everything. ``load_scene_data`` takes the camera of the file, or
@@ -56,7 +56,6 @@ class SceneOptions(TypedDict, total=False):
     background: what stands behind everything in a picture: a ``Background``, a colour, or None; "file" as above.
     brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
     lights: lights other than the environment, by name or as objects.
-    fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
     smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays sharp,
         see ``geometry.smoothed``. True is 30 degrees.
     up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
@@ -78,7 +77,6 @@ class SceneOptions(TypedDict, total=False):
     background: BackgroundChoice
     brdfs: Sequence[BrdfChoice]
     lights: Sequence[LightChoice]
-    fast: bool
     smooth: bool | float
     up_axis: str
     lamp_choice: LampChoices | None
@@ -88,7 +86,7 @@ class SceneOptions(TypedDict, total=False):
 
 
 SCENE_DEFAULTS: SceneOptions = {
-    "intersector": "bvh",
+    "intersector": "wide_bvh",
     "triangle_test": "watertight",
     "view": None,
     "environment": None,
@@ -96,7 +94,6 @@ SCENE_DEFAULTS: SceneOptions = {
     "background": None,
     "brdfs": (),
     "lights": (),
-    "fast": True,
     "smooth": False,
     "up_axis": "y",
     "lamp_choice": None,
@@ -122,7 +119,6 @@ class RendererOptions(TypedDict, total=False):
     adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``; None lets
         a picture do so that is rendered to an error or for a time, if it is long and this is predicted to pay.
     integrator: what to render, by name or as an object; None is the first integrator that the class offers.
-    fast: False runs only the plain forms; None takes the setting of the scene.
     """
 
     camera: CameraChoice
@@ -133,7 +129,6 @@ class RendererOptions(TypedDict, total=False):
     crop: tuple[int, int, int, int] | None
     adaptive: bool | None
     integrator: "str | Integrator | type[Integrator] | Enum | None"
-    fast: bool | None
 
 
 RENDERER_DEFAULTS: RendererOptions = {
@@ -145,7 +140,6 @@ RENDERER_DEFAULTS: RendererOptions = {
     "crop": None,
     "adaptive": None,
     "integrator": None,
-    "fast": None,
 }
 
 

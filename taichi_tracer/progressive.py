@@ -15,7 +15,6 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
-from taichi_tracer.forms import EyeRays, Form, Plan, SampleParts, plan_of
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
@@ -25,7 +24,7 @@ from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
-from taichi_tracer.pilot import AUTO, Pilot
+from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
 from taichi_tracer.scene_data import SceneData
@@ -37,7 +36,7 @@ from taichi_tracer.system.held import held
 from taichi_tracer.system.own_code.values import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
-from taichi_tracer.system.stopwatch import LIGHTS, stage
+from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 39, 52
-COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
+COMPENSATED = "light samples   of the light above the environment's mean: samples of the BRDF find the rest"
 
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
 
@@ -98,10 +97,6 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     Args:
         scene_data: the scene. width, height: size of the picture in pixels. options: ``options.RendererOptions``.
-
-    Attributes:
-        use_tiles: whether samples are taken tile by tile, where that is possible: see ``forms``. None takes them so if
-            the picture will be rendered for so long that it is worth the compilation.
     """
 
     kind, name = "renderer", ""
@@ -141,10 +136,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.sampler: Sampler = sampler_of(chosen, self.camera)
         self.shares = Shares(self.width, self.height, bool(self.adaptive))
         self.film = self._make_film(given["crop"])
-        self.fast = scene_data.fast if given["fast"] is None else bool(given["fast"])
         self.replaced = replaced(self)
-        self.use_tiles: bool | None = None
-        self.plan = self.make_plan()
+        self.eye_rays = self.make_eye_rays()
         may_adapt = self.adaptive is None and self.is_random and self.film.doubles
         self.own_shares = OwnShares(self, may_adapt)
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
@@ -173,14 +166,9 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         keeps_deviation = bool(self.adaptive) or not (of.replicated or of.doubles)
         return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
 
-    def make_plan(self) -> Plan:
-        """How samples are taken, see ``forms``."""
-        return plan_of(self)
-
-    @property
-    def eye_rays(self) -> Any:
-        """What gives the kernel its rays and hits."""
-        return self.plan.eye_rays
+    def make_eye_rays(self) -> EyeRays:
+        """What gives the kernel its rays and hits; a replaced ``shade_ray`` traces its rays itself."""
+        return EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
 
     @classmethod
     def offered(cls) -> tuple[Integrator, ...]:
@@ -202,12 +190,9 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         """Choose what to render. Returns the renderer.
 
         Args:
-            integrator: its name, or the integrator itself; "auto" takes what reaches an error soonest, see ``pilot``.
+            integrator: its name, or the integrator itself.
         """
         chosen: Any = getattr(integrator, "integrator", integrator)  # the name that a ``Mode`` stands for
-        self.pilot = Pilot() if chosen == AUTO else None
-        if chosen == AUTO:
-            chosen = self.first or self.offers[0].name
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -298,8 +283,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
         Every pixel takes every sample: ``shares.range_of`` tells the indices of those that it took in the picture.
         """
-        eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-        return SampleParts(scene, integrator, eyes, self.sampler, Shares(self.width, self.height), self.film)
+        shares = Shares(self.width, self.height)
+        return SampleParts(scene, integrator, self.make_eye_rays(), self.sampler, shares, self.film)
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -340,13 +325,22 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def add_sample(self, index: int, count: int = 1) -> None:
         """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
-        self.plan.take(index, count)
+        with stage(LIGHTS):
+            scene = self.kernel_scene()
+            scene.lights.prepare(self.active.samples_lights)
+        with stage(SAMPLES, waits=True):
+            self._take_samples(self.sample_parts(scene, self.active), self.seed, index, count)
+
+    @property
+    def passes_at_once(self) -> int:
+        """How many passes one launch of the kernel takes: several, if few pixels take a sample in each of them."""
+        return max(1, int(1 / self.shares.mean))
 
     @one_at_a_time
     def add_range(self, first: int, end: int) -> None:
-        """Take the samples ``first`` ≤ index < ``end`` of every pixel, several at once where the plan says so."""
+        """Take the samples ``first`` ≤ index < ``end`` of every pixel, several at once where few pixels take one."""
         while first < end:
-            count = min(self.plan.passes_at_once, end - first)
+            count = min(self.passes_at_once, end - first)
             if count == 1:
                 self.add_sample(first)  # somebody's own ``add_sample`` may know an index only
             else:
@@ -374,10 +368,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.scene_data.check_alive()
         is_continued = self.samples > 0 and self.is_current()
         target = Target.of(spp, time, error)
-        self.plan.expect(target, is_continued)
         self.seconds_before = self.rendered_seconds if is_continued else 0.0
         render_until(self, target, watch)
-        self.plan.ended()
         return self
 
     # ── whether the samples belong to the present state ──
@@ -412,7 +404,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
             note_change(self._compiled_for, own)
             self.own_shares.end()
             self.own_shares.forget()
-            self.plan = self.make_plan()
+            self.eye_rays = self.make_eye_rays()
         self._compiled_for = own
         self.reset()
         fit(type(self.active))
@@ -435,13 +427,11 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         return [] if own else self.active.notes()
 
     def receipt(self) -> list[str]:
-        """One line per effect and per form: what is simulated, which form runs, and why."""
-        lines = [*self.scene_data.receipt(self.active.microfacets), *self.plan.receipt()]
+        """One line per effect: what is simulated, and why."""
+        lines = self.scene_data.receipt(self.active.microfacets)
         if self.active.compensates and self.kernel_scene().compensates:
-            lines.append(str(COMPENSATED))
+            lines.append(COMPENSATED)
         lines += self.own_shares.receipt()
-        if self.pilot is not None:
-            lines.append(f"{'estimator':<15} {self.pilot}")
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines

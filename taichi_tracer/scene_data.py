@@ -35,6 +35,7 @@ from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.scene_parts import (
     blockers_of,
     brdfs_of,
+    intersector_of,
     knows_instances,
     lamp_choice_of,
     lights_of,
@@ -46,7 +47,7 @@ from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
-from taichi_tracer.system.seams import replaced
+from taichi_tracer.system.seams import replaced, why_replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures
@@ -80,7 +81,6 @@ class SceneData(KnownAttributes):
             light a scene without any light by ``USUAL_LIGHT``.
         lights_of_file: how many of ``lights`` are from there; they are the first ones.
         notes: what the user should know about the input, one line each.
-        forms: which form of the intersector runs, and why; see ``forms``.
     """
 
     from_python = RayIntersector.from_python
@@ -91,7 +91,7 @@ class SceneData(KnownAttributes):
         given = all_options("SceneData", options, SCENE_DEFAULTS)
         chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
         up_of(up_axis)  # raises the error for an unknown name before anything is made
-        chosen = PARTS.find("intersector", given["intersector"])
+        chosen = intersector_of(given["intersector"])
         runtime.ensure()
         check(mesh)
         copies = given["instances"] if knows_instances(chosen) else "copied"
@@ -100,7 +100,7 @@ class SceneData(KnownAttributes):
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=4)  # the caller of load_scene_data or scene_from_mesh
-        self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
+        self.effects_mode, self.version = given["effects"], 0
         self.shots: tuple = ()
         self.lights_of_file = len(mesh.lights)
         self.up_axis, self.smooth, self.instances_mode = up_axis, given["smooth"], given["instances"]
@@ -128,8 +128,8 @@ class SceneData(KnownAttributes):
             self.textures.put(tables)
         self.geometry.load(self._memory, tables)
         with stage(BUILD, waits=True):
-            self.ray_intersector, form = make_intersector(chosen, self.geometry, chosen_test, self.fast)
-        self.forms, self.material_library.intersector = (form,), self.ray_intersector
+            self.ray_intersector = make_intersector(chosen, self.geometry, chosen_test)
+        self.material_library.intersector = self.ray_intersector
         with stage(LIGHTS):
             choice = lamp_choice_of(given["lamp_choice"], mesh)
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
@@ -212,8 +212,10 @@ class SceneData(KnownAttributes):
         return self._in_kernels.get((effects, light, compensates, microfacets), make)
 
     def receipt(self, microfacets: bool = False) -> list[str]:
-        """One line per effect and per form: what is simulated, which form runs, and why."""
-        lines = [*self.effects_for(microfacets).receipt(), *(str(form) for form in self.forms)]
+        """One line per effect, and for the intersector and the lamps: what is simulated, and why."""
+        runs, own = type(self.ray_intersector).__name__, replaced(self.ray_intersector)
+        why = why_replaced(self.ray_intersector) if own else f"{self.geometry.n_primitives:,} primitives"
+        lines = [*self.effects_for(microfacets).receipt(), f"{'rays':<15} {runs}: {why}"]
         if self.lamps.count > 0:
             lines.append(f"{'lamp choice':<15} {self.lamps.choice.name}: one of {self.lamps.count:,} for each sample")
         return lines
@@ -356,7 +358,6 @@ def again(former: SceneData, **changes: Any) -> SceneData:
         "background": former.background,
         "brdfs": list(reversed(former.material_library.brdfs)),  # the last one of the library is asked first
         "lights": former.lights,
-        "fast": former.fast,
         "up_axis": former.up_axis,
         "lamp_choice": former.lamps.choice,
         "two_sided_lamps": former.lamps.two_sided,

@@ -4,16 +4,16 @@ import copy
 from collections.abc import Sequence
 
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.intersectors.instances import TwoLevelBVH
+from taichi_tracer.intersectors.wide_bvh import WideBVH
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
-from taichi_tracer.options import BrdfChoice, LampChoices
+from taichi_tracer.options import BrdfChoice, IntersectorChoice, LampChoices
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MicrofacetBRDF
 from taichi_tracer.system.errors import InputError
@@ -35,9 +35,19 @@ def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> s
     return sides_that_see_others(mesh.vertices, mesh.faces)
 
 
+def intersector_of(chosen: IntersectorChoice) -> type[RayIntersector] | RayIntersector:
+    """The intersector of a scene: its class, or an object without a geometry.
+
+    The wide hierarchy asks no ``intersect_triangle``. If a method is replaced that it does not ask, the plain hierarchy
+    takes its place, which asks every method that a student writes.
+    """
+    found = PARTS.find("intersector", chosen)
+    return BVHRayIntersector if found is WideBVH and replaced(WideBVH) else found
+
+
 def knows_instances(intersector: type[RayIntersector] | RayIntersector) -> bool:
-    """Whether an intersector has a form for objects in several places: only the hierarchy has, as it is shipped."""
-    return intersector is BVHRayIntersector and not replaced(intersector)
+    """Whether there is a form of an intersector for objects in several places: of the hierarchies, as shipped."""
+    return intersector in (BVHRayIntersector, WideBVH) and not replaced(intersector)
 
 
 def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
@@ -69,13 +79,12 @@ def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
 
 
 def make_intersector(
-    chosen: type[RayIntersector] | RayIntersector, geometry: Geometry, triangle_test: str | TriangleTest, fast: bool
-) -> tuple[RayIntersector, Form]:
-    """The intersector of a geometry, made from a class or from an object without a geometry, and its ``Form``."""
+    chosen: type[RayIntersector] | RayIntersector, geometry: Geometry, triangle_test: str | TriangleTest
+) -> RayIntersector:
+    """The intersector of a geometry, made from a class or from an object without a geometry."""
     if not isinstance(chosen, type):
         if chosen.geometry is not None:
             raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
         chosen.bind(geometry, triangle_test)
-        return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
-    runs, form = intersector_of(TwoLevelBVH if geometry.effects.instances else chosen, fast)
-    return runs(geometry, triangle_test), form
+        return chosen
+    return (TwoLevelBVH if geometry.effects.instances else chosen)(geometry, triangle_test)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from support import start
 
-from taichi_tracer.fast.kept_forms import KEPT
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 
@@ -20,12 +19,6 @@ def precision(request):
     """Taichi in each precision; its name."""
     start(request.param)
     return request.param
-
-
-@pytest.fixture(scope="session", autouse=True)
-def forms_of_no_other_process():
-    """What other processes compiled on this machine does not choose the forms of the tests' pictures."""
-    KEPT._known, KEPT.path = {}, lambda: None
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -40,7 +40,7 @@ def points(n=4000, seed=3):
     return xy, CHESS[3 - row, column] == 0
 
 
-@pytest.mark.parametrize("options", [{}, {"fast": False}, {"intersector": "brute_force"}])
+@pytest.mark.parametrize("options", [{}, {"intersector": "bvh"}, {"intersector": "brute_force"}])
 @pytest.mark.parametrize("test", ["watertight", "moller_trumbore"])
 def test_rays_pass_through_holes_alone(options, test):
     xy, is_hole = points()

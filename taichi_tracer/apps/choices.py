@@ -203,11 +203,9 @@ def made_like(
 ) -> ProgressiveRenderer:
     """A renderer of a class for a scene, with the camera and the samples of another one."""
     options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
-    options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
+    options |= {"crop": like.film.crop, "jitter": (like.jitter and not like.jitters) or None}
     options["adaptive"] = like.adaptive and renderer_class.jitters
-    renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-    renderer.plan.follow(like.plan)  # so that nothing is compiled that is not needed
-    return renderer
+    return renderer_class(scene_data=scene, camera=like.camera, **options)
 
 
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:

@@ -44,12 +44,10 @@ def as_python(renderer: ProgressiveRenderer) -> str:
 
 def scene_options(scene: SceneData) -> dict[str, Any]:
     """The arguments of ``load_scene_data`` that are not the defaults."""
-    intersector = type(scene.ray_intersector)
     options: dict[str, Any] = {
-        "intersector": getattr(intersector, "stands_in_for", intersector).name,
+        "intersector": scene.chosen.name,
         "triangle_test": scene.ray_intersector.triangle_test,
         "effects": scene.effects_mode,
-        "fast": scene.fast,
         "smooth": scene.smooth,
         "up_axis": scene.up_axis,
         "ground": scene.ground,
@@ -86,7 +84,6 @@ def renderer_options(renderer: ProgressiveRenderer) -> dict[str, Any]:
         "first_sample": renderer.first_sample,
         "crop": None if crop == (0, renderer.width, 0, renderer.height) else crop,
         "adaptive": renderer.adaptive,
-        "fast": None if renderer.fast == renderer.scene_data.fast else renderer.fast,
     }
     found = {n: value for n, value in options.items() if value != default(ProgressiveRenderer, n)}
     return found if found.get("camera") != "perspective" else {n: v for n, v in found.items() if n != "camera"}

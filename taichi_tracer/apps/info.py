@@ -49,7 +49,7 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
     facts |= scene.ray_intersector.facts()
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
-    lines += ["", "effects, and the forms that run", *(f"  {line}" for line in renderer.receipt())]
+    lines += ["", "effects", *(f"  {line}" for line in renderer.receipt())]
     if scene.effects.is_lit:
         estimator = renderer.active.name if isinstance(renderer, A2Renderer) else TIMED_ESTIMATOR
         lines += [f"  {line}" for line in cost_of_light(scene, estimator)]
@@ -59,7 +59,6 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
 def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
     renderer = PARTS.last_of("renderer", A2Renderer)(scene, MEASURED, MEASURED).use(estimator)
-    renderer.plan.begin_soon()
     seconds = []
     for _ in range(2):
         start = time.perf_counter()

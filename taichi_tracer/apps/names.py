@@ -4,7 +4,6 @@ Names are read where they are defined: those of parts in the registry, what coun
 of the function that takes it.
 """
 
-import copy
 import inspect
 import shutil
 import textwrap
@@ -18,7 +17,6 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.camera_frame import HANDEDNESS, UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.pilot import AUTO
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A3Renderer, A4Renderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
@@ -42,14 +40,11 @@ def renderers() -> list[type[ProgressiveRenderer]]:
     return [c for c in PARTS.all("renderer") if len(c.offered()) > 0]
 
 
-def find_views(text: str, paths: bool = False) -> tuple[View, ...]:
+def find_views(text: str) -> tuple[View, ...]:
     """What a list of names with commas asks for; "all" is everything that the renderer of ``VIEW`` offers.
 
     A name that several renderers offer belongs to the one that was registered last: a renderer of your own that derives
     from ``A1Renderer`` takes its place.
-
-    Args:
-        paths: whether "auto" stands for the best estimator of light that bounces, and not of direct light.
 
     Raises:
         InputError: a name that none of them offers.
@@ -58,9 +53,6 @@ def find_views(text: str, paths: bool = False) -> tuple[View, ...]:
     offered.sort(key=lambda pair: is_second_choice(*pair), reverse=True)
     known: dict[str, View] = {alias: (cls, one) for cls, one in offered for alias in one.aliases}
     known |= {one.name: (cls, one) for cls, one in offered}
-    usual = known[(A4Renderer if paths else A3Renderer).first]
-    known[AUTO] = usual[0], copy.copy(usual[1])
-    known[AUTO][1].name = AUTO
     if text == ALL:
         renderer_class, _ = known[VIEW]
         return tuple((renderer_class, integrator) for integrator in renderer_class.offered())
@@ -96,7 +88,7 @@ def find_estimator(name: str) -> Integrator:
 
 def view_names() -> list[str]:
     """Every name that some renderer offers, once."""
-    return [*dict.fromkeys(name for c in renderers() for name in c.names()), AUTO]
+    return [*dict.fromkeys(name for c in renderers() for name in c.names())]
 
 
 # ── the end of a help ──
@@ -124,8 +116,6 @@ def names_of_views() -> dict[str, Names]:
     found: dict[str, list[str]] = {}
     for renderer_class in renderers():
         found.setdefault(f"{renderer_class.what}s", []).extend(renderer_class.names())
-    for renderer_class in (A3Renderer, A4Renderer):
-        found[f"{renderer_class.what}s"].append(AUTO)
     (renderer_class, _), *_ = find_views(VIEW)
     found[f"{renderer_class.what}s"].append(ALL)
     return {title: Names(tuple(dict.fromkeys(names)), (VIEW,)) for title, names in found.items()}

@@ -177,7 +177,6 @@ RAYS = Group(
     (
         Option("intersector", "which intersector finds what a ray meets (default: bvh)", part="intersector"),
         Option("triangle_test", "which ray-triangle test it uses (default: watertight)", part="triangle test"),
-        switch("plain", "run only the plain forms, which are there to be read; same bits, more time"),
     ),
 )
 MACHINE = Group(
@@ -368,9 +367,8 @@ def add_picture_options(parser: ArgumentParser) -> None:
         dest="view",
         action=OneOfOptions,
         metavar="NAME",
-        help="what to show, or how to sample its light: one name, several with commas, or 'all'; 'auto' measures which "
-        "estimator of direct light, or of paths where an option of paths is given, reaches an error soonest (default: "
-        "the scene file's, or the one with a star)",
+        help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: the scene "
+        "file's, or the one with a star)",
     )
     for group in (PICTURE, PATHS, MIS, CAMERA):
         add_group(parser, group)

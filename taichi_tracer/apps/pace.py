@@ -1,14 +1,12 @@
 """How often a live picture is shown and its error is looked at, in the window, in browsers and in notebooks."""
 
 import math
-import time
 from collections.abc import Callable
 
 import taichi as ti
 
 from taichi_tracer.progressive import ProgressiveRenderer
 
-SLOW_FRAME = 1 / 60  # seconds: a picture that takes longer does not move smoothly, with its frame to be sent as well
 ERROR_EVERY = 0.5  # seconds between two estimates of the error at least: each reads the whole film
 LATELY = 8  # times over which the cost of something is averaged
 MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
@@ -51,21 +49,10 @@ def thinned(curve: list) -> list:
 def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Callable[[str], None] = print) -> None:
     """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
 
-    Forms that take seconds to compile are only worth it for pictures that are slow without.
-
     Args:
         draw: renders a sample and shows it. tell: is told what takes so long.
     """
-    renderer.plan.begin_soon()
-    seconds = 0.0
     for _ in range(3):  # the first pictures compile
         renderer.camera.set_camera_parameters()  # as if moved
-        begin = time.perf_counter()
-        draw()
-        ti.sync()
-        seconds = time.perf_counter() - begin
-    if seconds > SLOW_FRAME and renderer.plan.may_become_faster():
-        tell("compiling the fast form for a picture of this size ...")
-        renderer.camera.set_camera_parameters()
         draw()
         ti.sync()

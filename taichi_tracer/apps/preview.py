@@ -41,9 +41,8 @@ class Preview:
         made = self._made.get((renderer, step))
         if made is None:
             camera = type(renderer.camera)(renderer.width // step, renderer.height // step, **view)
-            options = {"sampler": renderer.sampler, "seed": renderer.seed, "fast": renderer.fast}
+            options = {"sampler": renderer.sampler, "seed": renderer.seed}
             made = self._made[renderer, step] = type(renderer)(renderer.scene_data, camera=camera, **options)
-            made.plan.begin_soon()
         made.camera.set_camera_parameters(**view)
         if made.active.name != renderer.active.name or made.values() != renderer.values():
             made.use(copy.copy(renderer.active))

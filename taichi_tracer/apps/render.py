@@ -23,7 +23,6 @@ from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Target
-from taichi_tracer.pilot import AUTO
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
@@ -83,9 +82,6 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
                 with stage(stopwatch.FILM):
                     made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
-            if elsewhere is not None and renderer.pilot is not None:
-                renderer.pilot.choose(renderer, picture.target)
-                renderer.begin_anew()
             shown = []
             for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
                 if bounces is not None:
@@ -112,8 +108,6 @@ def check_checkpoint(request: RenderRequest, count: int) -> None:
     """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
     if count > 1:
         raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
-    if any(integrator.name == AUTO for _, integrator in request.pictures[0].views):
-        raise InputError(f"--checkpoint {request.checkpoint} keeps the samples of one estimator: name it, not {AUTO}")
     check_place(request.checkpoint)
 
 
@@ -232,8 +226,6 @@ def make_picture(
         report_better(renderer, picture.target)
         report_darkness(renderer, image, place)
         report_fireflies(renderer)
-        if renderer.pilot is not None:
-            note(str(renderer.pilot))
         for text in renderer.notes():
             note(text)
         is_in_place &= place == path

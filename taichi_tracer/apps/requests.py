@@ -97,7 +97,6 @@ class SceneRequest:
         brdfs, lights: names of registered parts.
         smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
         ground: whether a large square lies under everything.
-        plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
         up_axis: which axis points upwards, "y" or "z"; None is what the file says, or its shape.
     """
@@ -115,7 +114,6 @@ class SceneRequest:
     effects: str | None
     smooth: float | None
     ground: bool
-    plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
     up_axis: str | None
@@ -123,7 +121,7 @@ class SceneRequest:
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
-        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "ground": self.ground}
+        options = {"brdfs": self.brdfs, "lights": self.lights, "ground": self.ground}
         names = ("intersector", "triangle_test", "effects", "smooth", "lamp_choice", "up_axis")
         options |= given(**{name: getattr(self, name) for name in names}, two_sided_lamps=self.two_sided_lamps)
         if not self.is_usual:
@@ -331,8 +329,7 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
     if args.quick:
         width, height = max(1, width // QUICK), max(1, height // QUICK)
     values = values_of(args, shot)
-    is_of_paths = bool(getattr(args, "bounces", ())) or not path_settings.DEFAULTS.keys().isdisjoint(dict(values))
-    views = find_views(view if args.view is None else args.view, is_of_paths)
+    views = find_views(view if args.view is None else args.view)
     picture = request_from(
         PictureRequest,
         args,

@@ -1,7 +1,6 @@
-"""What every intersector must do: answer as brute force does, to the last bit, in each of its forms.
+"""What every intersector must do: answer as brute force does, to the last bit.
 
-The truth is the plain form of ``brute_force`` with the same triangle test. What is registered is a class; where the
-package has a fast form of it, both are held to the contract.
+The truth is ``brute_force`` with the same triangle test.
 """
 
 from functools import lru_cache
@@ -141,11 +140,11 @@ def mesh_and_rays(shape, count):
 
 
 class Answers:
-    """What one form of an intersector answers on a mesh: to all rays, to those of an interval, and to those that begin
+    """What an intersector answers on a mesh: to all rays, to those of an interval, and to those that begin
     or end exactly where the nearest hit is."""
 
-    def __init__(self, part, fast, mesh, test, origins, directions, nearest=None):
-        scene = tt.SceneData(mesh, intersector=part, triangle_test=test, fast=fast)
+    def __init__(self, part, mesh, test, origins, directions, nearest=None):
+        scene = tt.SceneData(mesh, intersector=part, triangle_test=test)
         some = slice(None, None, 8)
         self.hits = {"all": scene.intersect(origins, directions)}
         nearest = self.hits["all"].distance[some] if nearest is None else nearest
@@ -164,38 +163,38 @@ class Answers:
 
 @lru_cache
 def truth(shape, count, test):
-    """The answers of brute force, plain, for one of the shapes."""
+    """The answers of brute force for one of the shapes."""
     mesh, origins, directions = mesh_and_rays(shape, count)
-    return Answers(TRUTH, False, mesh, test, origins, directions)
+    return Answers(TRUTH, mesh, test, origins, directions)
 
 
 # ── the checks ──
 
 
-def check_intersector(part, fast=True):
+def check_intersector(part):
     """The answers of brute force, to the last bit, on triangles and spheres of all sizes; nothing in an empty scene."""
     for shape in USUAL:
-        assert check_equals_brute_force(part, fast, shape).is_hit.mean() > 0.02
+        assert check_equals_brute_force(part, shape).is_hit.mean() > 0.02
     for test in PARTS.names("triangle test"):
         if test != "watertight":
-            check_equals_brute_force(part, fast, several_shapes, test)
-    check_nothing_to_hit(part, fast)
+            check_equals_brute_force(part, several_shapes, test)
+    check_nothing_to_hit(part)
 
 
-def check_equals_brute_force(part, fast, shape, test="watertight", count=None):
+def check_equals_brute_force(part, shape, test="watertight", count=None):
     """The same answers for one of the shapes; returns the ``RayHits`` of brute force."""
     asked = mesh_and_rays(shape, count or RAYS)
-    return check_same(part, fast, test, truth(shape, count or RAYS, test), asked, shape.__name__)
+    return check_same(part, test, truth(shape, count or RAYS, test), asked, shape.__name__)
 
 
-def check_same(part, fast, test, expected, asked, name):
+def check_same(part, test, expected, asked, name):
     """Hit, t, barycentrics, normals, ids and sides to the last bit, and whether anything is in the way.
 
     Args:
         asked: a mesh, origins and directions. name: of the shape, for messages.
     """
     mesh, origins, directions = asked
-    found = Answers(part, fast, mesh, test, origins, directions, expected.nearest)
+    found = Answers(part, mesh, test, origins, directions, expected.nearest)
     for rays, hits in expected.hits.items():
         what = f"{part.name}, {test}, {name}, {rays}"
         for field in FIELDS:
@@ -213,22 +212,22 @@ def check_same(part, fast, test, expected, asked, name):
     return expected.hits["all"]
 
 
-def check_nothing_to_hit(part, fast=True):
+def check_nothing_to_hit(part):
     """No triangles, or none that a ray could meet."""
     for vertices, faces in (
         (np.zeros((0, 3)), np.zeros((0, 3), int)),
         ([[np.nan, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
     ):
-        scene = tt.scene_from_mesh(vertices, faces, intersector=part, fast=fast)
+        scene = tt.scene_from_mesh(vertices, faces, intersector=part)
         hits = scene.intersect([[0, 0, 1.0]], [[0, 0, -1.0]])
         assert not hits.is_hit[0], f"{part.name}: hits something in an empty scene"
         assert hits.triangle_id[0] == -1, f"{part.name}: the id of a miss is {hits.triangle_id[0]}"
         assert hits.distance[0] == np.inf, f"{part.name}: the distance of a miss is {hits.distance[0]}"
 
 
-def check_hard_shape(part, fast, shape):
+def check_hard_shape(part, shape):
     """The build ends, and the answers are right on rays that hit."""
-    hits = check_equals_brute_force(part, fast, shape, count=200)
+    hits = check_equals_brute_force(part, shape, count=200)
     assert hits.is_hit.any()
     if shape is identical:
         assert set(hits.triangle_id[hits.is_hit]) == {0}
@@ -249,7 +248,7 @@ def check_equals_the_packages(part, count=OWN_RAYS):
     mesh, origins, directions = mesh_and_rays(a_sphere_and_a_soup, count)
     usual = np.isfinite(origins).all(axis=1) & (np.abs(np.log10(np.linalg.norm(directions, axis=1) + 1e-30)) < 3)
     origins, directions = origins[usual], directions[usual]
-    right = tt.SceneData(mesh, intersector=TRUTH, fast=False).intersect(origins, directions)
+    right = tt.SceneData(mesh, intersector=TRUTH).intersect(origins, directions)
     scene = tt.SceneData(mesh, intersector=part)
     found, blocked = scene.intersect(origins, directions), scene.occluded(origins, directions)
     n = right.geometric_normal

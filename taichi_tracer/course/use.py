@@ -39,7 +39,6 @@ LEFT = (
     *OF_TAICHI,
     "alone",
     "without",
-    "other_arguments",
     "name",
 )  # of a border, what is not assigned to the package's class
 

@@ -96,7 +96,7 @@ register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_time
 
 
 def counted(parts: Any, number: str) -> Any:
-    """The parts of a sample (``forms.SampleParts``), observed: the film gets a number of what the sample did."""
+    """The ``SampleParts``, observed: the film gets a number of what the sample did."""
     tally = WorkTally()
     scene = counted_scene(parts.scene, tally)
     eye_rays = copy.copy(parts.eye_rays)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS
+from taichi_tracer.picture.pixel_groups import GROUP
 from taichi_tracer.system import memory
 
 SHARE_BITS = 15
@@ -30,8 +30,7 @@ SMALLEST = 1 / 4  # of the mean share: a pixel has at least this one. The pilot 
 # edges, which is large at first, falls as n^(-3/2), for which the best power is 1 / (1 + 3/2).
 POWER = 0.4
 # The smallest mean of the shares: where many passes are taken at once, and where each is taken alone.
-LEAST_MEAN, LEAST_ALONE = 1 / 64, 1 / 12
-FEW = 1 / 16  # a smaller mean is that of passes that must be taken together
+LEAST_MEAN = 1 / 64
 ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
@@ -74,11 +73,6 @@ class Shares:
         """What ``set`` was given."""
         return self._memory.read(self.share).T[::-1].astype(np.int32)
 
-    @property
-    def are_few(self) -> bool:
-        """Whether so few pixels take a sample in a pass that many passes must be taken at once."""
-        return self.mean < FEW
-
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
         share = int(self.share[x, y]) if self.are_kept else WHOLE
@@ -97,12 +91,6 @@ class Shares:
             index = self.begin + high * share + (taken >> SHARE_BITS)
         return index, is_taken
 
-    @ti.func
-    def takes_group(self, group_x, group_y, index):
-        """Whether the pixels of a group take a sample in this pass; they have one share."""
-        _, is_taken = self.sample_of(group_x << GROUP_BITS, group_y << GROUP_BITS, index)
-        return is_taken
-
 
 class OwnShares:
     """The shares with which a renderer began its picture again by itself.
@@ -115,18 +103,16 @@ class OwnShares:
     def __init__(self, renderer: Any, may_be: bool) -> None:
         self.renderer, self.may_be = renderer, may_be
         self.is_on, self.gain = False, 1.0
-        self._forms: dict[bool, tuple] = {}  # by ``is_on``: the ``Shares`` of a renderer, and its ``Plan``
+        self._shares: dict[bool, Shares] = {}  # by ``is_on``
 
     def begin(self, shares: np.ndarray, gain: float = 1.0) -> None:
         """Begin the picture again with (h, w) shares of its pixels; 1 is a gain that nobody predicted."""
         r = self.renderer
         r.reset()
-        self._forms[False] = r.shares, r.plan
-        if True not in self._forms:
-            r.shares = Shares(r.width, r.height, keeps=True, begin=BEGIN)
-            self._forms[True] = r.shares, r.make_plan()
-        former, (r.shares, r.plan) = r.plan, self._forms[True]
-        r.plan.keeps_tiles = former.in_tiles
+        self._shares[False] = r.shares
+        if True not in self._shares:
+            self._shares[True] = Shares(r.width, r.height, keeps=True, begin=BEGIN)
+        r.shares = self._shares[True]
         r.shares.set(shares)
         self.is_on, self.gain = True, gain
 
@@ -134,11 +120,11 @@ class OwnShares:
         """Let all pixels take all samples again. The picture must begin again, too."""
         if self.is_on:
             self.is_on = False
-            self.renderer.shares, self.renderer.plan = self._forms[False]
+            self.renderer.shares = self._shares[False]
 
     def forget(self) -> None:
         """Make other kernels for the next shares: those that exist belong to other values of somebody's own parts."""
-        self._forms = {}
+        self._shares = {}
 
     def receipt(self) -> list[str]:
         """One line, if the picture has such shares."""
@@ -160,18 +146,9 @@ def adapt(renderer):
         pilot = renderer.progress
     finally:
         renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
-    renderer.shares.set(shares_of(deviation, least_mean(renderer)))
+    renderer.shares.set(shares_of(deviation, LEAST_MEAN))
     renderer.reset()
     return pilot
-
-
-def least_mean(renderer: Any) -> float:
-    """The smallest mean of the shares. It does not depend on the form of the samples, so that all have the same bits.
-
-    Direct light from far away is taken tile by tile, and then pass by pass (``forms``): a pass in which few pixels take
-    samples takes hardly less time there.
-    """
-    return LEAST_MEAN if renderer.what == "path" or renderer.kernel_scene().lights.has_lamps else LEAST_ALONE
 
 
 def begins_again(renderer: Any, progress: Any) -> bool:
@@ -187,13 +164,11 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     if not left > n:  # it may be NaN
         return False
     deviation = np.sqrt(renderer.film.variance_of_mean().sum(axis=2))
-    least = least_mean(renderer)
-    with_shares = (n + left) / max(gain_of(deviation, least), 1.0)
+    with_shares = (n + left) / max(gain_of(deviation), 1.0)
     saved = (left - with_shares) * np.isfinite(deviation).sum()
     pays = left >= LEAST_GAIN * with_shares and saved >= MUCH
     if pays:
-        own.begin(shares_of(deviation, least), left / with_shares)
-        renderer.plan.expect(progress.target, False, with_shares)
+        own.begin(shares_of(deviation), left / with_shares)
     return pays
 
 
@@ -224,9 +199,8 @@ def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
 def shares_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> np.ndarray:
     """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of one sample of every pixel.
 
-    All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met,
-    and fast forms take or leave out whole groups. A pixel whose deviation is NaN, because it takes no samples, has the
-    mean share.
+    All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met. A
+    pixel whose deviation is NaN, because it takes no samples, has the mean share.
     """
     height, width = deviation.shape
     share = shares_in(variance_of_groups(deviation), least)

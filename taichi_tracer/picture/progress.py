@@ -87,7 +87,7 @@ class Progress:
     Attributes:
         target: the targets that end the rendering.
         samples: the number of samples per pixel, on average.
-        pilot: what a pilot took before, of an adaptive picture or of ``use("auto")``: seconds and compile_seconds.
+        pilot: what a pilot took before, of an adaptive picture: seconds and compile_seconds.
         error: the last estimate of the error; NaN before the first estimate.
         looks: (samples, relative error) of each estimate.
         place: where it is rendered, in words; "" for this process.
@@ -288,25 +288,22 @@ def render_until(renderer, target: Target, watch=None) -> None:
         renderer: a ``renderer.ProgressiveRenderer``; its ``progress`` is updated.
         watch: a function that is called with the progress after each pass over all pixels.
     """
-    has_chosen = renderer.pilot is not None and renderer.pilot.choose(renderer, target)
-    samples = renderer.film.samples if has_chosen and renderer.is_current() else 0
-    renderer.progress = progress = Progress(target, samples, renderer.pilot if has_chosen else None)
+    renderer.progress = progress = Progress(target)
     if not renderer.is_current():
         renderer.begin()
         if renderer.adaptive:
             progress.pilot = adapt(renderer)
-            renderer.plan.expect(target, False)
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
-        start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
-        passes = progress.passes_until_a_look(renderer.plan.passes_at_once)
+        start, on_kernels = perf_counter(), compiling.seconds_spent()
+        passes = progress.passes_until_a_look(renderer.passes_at_once)
         first = renderer.first_sample + renderer.film.samples
         renderer.add_range(first, first + passes)
         if looks:
             ti.sync()
         renderer.film.samples += passes
-        compiles = progress.samples == 0 or renderer.plan.compiled != forms
+        compiles = progress.samples == 0
         on_kernels = compiling.seconds_spent() - on_kernels
         seconds = max(0.0, perf_counter() - start - on_kernels)
         progress.took(seconds, renderer.shares.mean, compiles or on_kernels > 0, on_kernels, passes)

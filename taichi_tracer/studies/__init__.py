@@ -40,7 +40,6 @@ def accuracy(
     adaptive: Sequence[bool] | None = None,
     scales: Sequence[float] | None = None,
     intersectors: Sequence[str] | None = None,
-    forms: Sequence[str] | None = None,
     lamp_choices: Sequence[str] | None = None,
     max_bounces: Sequence[int] | None = None,
     roulettes: Sequence[str | float] | None = None,
@@ -60,7 +59,7 @@ def accuracy(
         budget: seconds in all, compilation and report included. What does not fit is left out, and named.
         seeds: renderings of every variant, at least, as far as the budget allows.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
-        estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms,
+        estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors,
             lamp_choices, max_bounces, roulettes: what is compared; None takes ``variants.usual``. A
             scene that is rendered here keeps the running precision and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.

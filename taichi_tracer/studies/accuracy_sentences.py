@@ -63,8 +63,6 @@ SUBJECTS = {
     "f64": "Float64",
     "moller_trumbore": "Möller–Trumbore",
     "watertight": "The watertight test",
-    "plain forms": "The readable code (plain forms)",
-    "fast forms": "The fast code (fast forms)",
     "resolution x 0.5": "Half of the resolution",
     "scale": "The {to}",
     "adaptive": "Adaptive sampling",
@@ -77,7 +75,6 @@ SUBJECTS = {
 BESIDE_CHARTS = {
     "f64": "Float64",
     "moller_trumbore": "Möller–Trumbore",
-    "plain forms": "readable code (--plain)",
     "resolution x 0.5": "half the resolution",
     "adaptive": "adaptive sampling",
     "no adaptive": "no adaptive sampling",

@@ -178,7 +178,7 @@ class Bench:
         as_variant(renderer, variant).begin_anew()
 
     def renderer_of(self, variant: Variant, size: tuple[int, int]) -> ProgressiveRenderer:
-        """The renderer of a variant; one for all estimators, because what the eye rays hit is compiled once."""
+        """The renderer of a variant; one for all estimators."""
         width, height = (max(1, int(variant.scale * n)) for n in size)
         if variant.film not in self.renderers:
             renderer_class, scene = renderer_of(variant.estimator), self.scene_of(variant)
@@ -189,10 +189,9 @@ class Bench:
 def make(
     renderer_class: type[ProgressiveRenderer], scene: SceneData, variant: Variant, size: tuple[int, int]
 ) -> ProgressiveRenderer:
-    """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
+    """A renderer of a variant."""
     width, height = size
     renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    renderer.plan.keep_forms()
     return as_variant(renderer, variant)
 
 

@@ -1,7 +1,7 @@
-"""What would it cost to simulate the effects that a scene does not call for, and what does readability cost?
+"""What would it cost to simulate the effects that a scene does not call for?
 
-The same picture is rendered by code compiled for the scene, by code with one more effect each, by code with all of
-them, and by the plain forms, which are there to be read. The pictures are equal to the last bit; seconds of compilation
+The same picture is rendered by code compiled for the scene, by code with one more effect each, and by code with all of
+them. The pictures are equal to the last bit; seconds of compilation
 and milliseconds per sample are not.
 """
 
@@ -26,7 +26,7 @@ from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
 SPP, LEAST_SECONDS = 4, 0.04  # samples of a run, and its seconds at least
-USUAL, EVERYTHING, PLAIN = "as the scene needs", "everything", "the plain forms"
+USUAL, EVERYTHING = "as the scene needs", "everything"
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class CompiledVariant:
     """One way to compile the same picture.
 
     Attributes:
-        name: the effect that was added, or ``USUAL``, ``EVERYTHING``, ``PLAIN``.
+        name: the effect that was added, or ``USUAL``, ``EVERYTHING``.
         compile_seconds: of the first sample, beyond the time of any other.
         milliseconds: median, of one sample of every pixel.
         is_equal: whether the picture is that of the first variant, bit for bit.
@@ -87,32 +87,22 @@ def compiled_for(effects: Effects, renderer_class: type[ProgressiveRenderer]) ->
 def measure(
     scene: SceneData,
     complete: SceneData,
-    plain: SceneData | None = None,
     estimator: str = "brdf",
     width: int = 512,
     height: int = 512,
     sampler: str = DEFAULT_SAMPLER,
 ) -> list[CompiledVariant]:
-    """A ``CompiledVariant`` for the scene as it is, for each effect more, for all, and for the forms that are read.
+    """A ``CompiledVariant`` for the scene as it is, for each effect more, and for all.
 
     Args:
         scene: compiled for what it calls for.
         complete: the same scene, made with ``effects="all"``.
-        plain: the same scene, made with ``fast=False``; None leaves it out.
     """
     usual, size = renderer_of(estimator), (width, height)
     renderers = {USUAL: usual(scene, *size, sampler=sampler)}
     for name, more in with_one_more(scene).items():
         renderers[name] = compiled_for(more, usual)(scene, *size, sampler=sampler)
     renderers[EVERYTHING] = usual(complete, *size, sampler=sampler)
-    if plain is not None:
-        renderers[PLAIN] = usual(plain, *size, sampler=sampler)
-    for renderer in renderers.values():  # the eye rays are traced by the same code in all
-        if renderer.scene_data is scene:
-            renderer.plan.eye_rays = renderers[USUAL].eye_rays
-        renderer.plan.keep_forms()
-        renderer.plan.trace_eye_rays(0)
-
     first, pictures, seconds = {}, {}, {name: [] for name in renderers}
     for name, renderer in renderers.items():
         renderer.use(estimator)

@@ -354,7 +354,7 @@ def ratios(result: SuiteResult) -> list[str]:
             ({"triangle_test": "moller_trumbore"}, "moller_trumbore"),
             ({"precision": "f32"}, "f32"),
             ({"fast_math": True}, "fast_math"),
-            ({"plain": False}, "the fast form"),
+            ({"intersector": DEFAULT.intersector}, DEFAULT.intersector),
         ):
             other = RayMode(**(asdict(mode) | change))
             if other == mode or other not in rows:

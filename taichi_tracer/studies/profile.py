@@ -11,8 +11,9 @@ from taichi_tracer.studies.sample_times import Anatomy, SampleTimes
 from taichi_tracer.system import compiling
 from taichi_tracer.system.compiling import LOADED, LOADED_SHARE, Kernel
 from taichi_tracer.system.seams import why_replaced
-from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, STAGES, Stopwatch
+from taichi_tracer.system.stopwatch import SAMPLES, STAGES, Stopwatch
 
+EYE_RAYS = "samples: eye rays are traced"
 SHADING = "samples: hits are shaded"
 RAYS = "samples: shadow and further rays"
 FILM_TAKES = "samples: the film takes values"
@@ -31,10 +32,6 @@ SWITCHED = (
     "measured time of all samples is divided. It took {seconds:.1f} s, its own kernel's compilation included, which "
     "are not in the table; {share}."
 )
-IN_TILES = (
-    " The picture itself took most samples tile by tile, and the parts were measured pixel by pixel, where shadow rays "
-    "take about twice as long: their share is too large."
-)
 NOT_SWITCHED = (
     "The samples' parts were not taken apart: {why}. The kernel's time stands in one row, as the clock measured it."
 )
@@ -49,8 +46,7 @@ class Profile:
         stopwatch: one that was stopped when the picture was written.
         kernels: those that the command used until then.
         parts: how the time of the samples is divided; None if it is not, and then ``why_not`` says why.
-        in_tiles: whether the picture took samples tile by tile, see ``fast.tiles``.
-        passes: how many samples were taken of every pixel. eye_passes: how often eye rays were traced.
+        passes: how many samples were taken of every pixel.
     """
 
     title: str
@@ -58,9 +54,7 @@ class Profile:
     kernels: Sequence[Kernel]
     parts: SampleTimes | None
     passes: int
-    eye_passes: int
     why_not: str = ""
-    in_tiles: bool = False
 
     def rows(self) -> list[tuple[str, float]]:
         """(part, seconds); they add up to ``total``."""
@@ -68,10 +62,14 @@ class Profile:
         found: list[tuple[str, float]] = []
         for name in STAGES:
             if name != SAMPLES or self.parts is None:
-                own = self.within_samples(self.parts.eye) if name == EYE_RAYS and self.parts is not None else 0.0
-                found.append((name, seconds[name] + own))
+                found.append((name, seconds[name]))
             else:
-                shares = {SHADING: self.parts.shading, RAYS: self.parts.rays, FILM_TAKES: self.parts.film}
+                shares = {
+                    EYE_RAYS: self.parts.eye,
+                    SHADING: self.parts.shading,
+                    RAYS: self.parts.rays,
+                    FILM_TAKES: self.parts.film,
+                }
                 if self.asked == 0:
                     del shares[RAYS]
                 found += [(part, self.within_samples(share)) for part, share in shares.items()]
@@ -99,7 +97,7 @@ class Profile:
         if self.parts is None:
             return []
         counted, seconds = self.parts.rays_counted, dict(self.rows())
-        found = [("eye rays", counted.eye * self.eye_passes, seconds[EYE_RAYS])] if self.eye_passes > 0 else []
+        found = [("eye rays", counted.eye * self.passes, seconds[EYE_RAYS])]
         if self.asked > 0:
             names = {"shadow rays": counted.shadow, "further rays": counted.others}
             kinds = " and ".join(name for name, number in names.items() if number > 0)
@@ -113,7 +111,7 @@ class Profile:
         pixels = (
             "all pixels took it" if self.parts.share == 1 else f"{100 * self.parts.share:.0f} % of the pixels took it"
         )
-        return SWITCHED.format(seconds=self.parts.seconds, share=pixels) + (IN_TILES if self.in_tiles else "")
+        return SWITCHED.format(seconds=self.parts.seconds, share=pixels)
 
     def made_anew(self) -> str:
         """How many kernels were there, and how many of them were translated."""
@@ -215,9 +213,8 @@ def profile_of(renderer: ProgressiveRenderer, stopwatch: Stopwatch, title: str) 
     Its samples are then taken apart, and the renderer forgets the picture.
     """
     kernels, passes = compiling.kernels(stopwatch.started), stopwatch.times[SAMPLES]
-    eye_passes, in_tiles = renderer.plan.eye_passes(passes), renderer.plan.in_tiles
     anatomy = Anatomy(renderer)
     parts = anatomy.measure(max(LEAST_BUDGET, BUDGET * stopwatch.seconds[SAMPLES]))
     why = "" if parts is not None else why_replaced(renderer)
     size = f"{renderer.width}×{renderer.height}, {passes} samples per pixel"
-    return Profile(f"{title}, {size}", stopwatch, kernels, parts, passes, eye_passes, why, in_tiles)
+    return Profile(f"{title}, {size}", stopwatch, kernels, parts, passes, why)

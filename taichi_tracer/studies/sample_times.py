@@ -20,7 +20,6 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.forms import EyeRays
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
@@ -56,7 +55,7 @@ class SampleTimes:
 
     Attributes:
         whole: with everything. film: what the film takes. rays: what the rays that leave a surface take. eye: what eye
-            rays take within the kernel, which is 0 if their hits are found by a kernel of their own. shading: the rest.
+            rays take. shading: the rest.
         share: the fraction of the pixels that were measured.
         rays_counted: in one sample of every pixel.
         seconds: what all of this took, compilation included.
@@ -160,9 +159,9 @@ class Anatomy:
         self.renderer, scene = renderer, renderer.kernel_scene()
         self.answers, self.pixels = Answers(renderer.width, renderer.height), SomePixels(self.end)
         self.columns, self.rows = renderer.film.ranges
-        parts = renderer.sample_parts(scene, renderer.plan.integrator(scene))
+        parts = renderer.sample_parts(scene, renderer.active)
         eye_rays = parts.eye_rays
-        self.traces_eye_rays = isinstance(eye_rays, EyeRays) and eye_rays.traces
+        self.traces_eye_rays = eye_rays.traces
         if self.traces_eye_rays:
             eye_rays = copy.copy(eye_rays)
             eye_rays.intersector = self.answers.observed(scene.ray_intersector, REPLAY_ALL)
@@ -192,7 +191,6 @@ class Anatomy:
         Other programs make the clock go on, but not the seconds of the processor. On a GPU, it is the clock.
         """
         r = self.renderer
-        r.plan.trace_eye_rays(self.index)
         self.pixels.choose(columns, self.rows)
         self.answers.switch(mode, fills_film)
         ti.sync()

@@ -43,7 +43,7 @@ GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 FIRST_SAMPLES, FLOOR = 4, 16  # per pixel: of the first comparison, and of every picture at least
 TIMED = 8  # samples: shorter blocks say little about time
 CHUNK = 0.4  # seconds of one call at most: by so much may a study overrun
-ALIKE = {"precision", "fast_math", "triangle_test", "intersector", "plain"}  # knobs that change nothing to be seen
+ALIKE = {"precision", "fast_math", "triangle_test", "intersector"}  # knobs that change nothing to be seen
 
 
 class NothingMeasured(InputError):

@@ -19,7 +19,6 @@ from taichi_tracer.system.seams import assigned
 
 LIGHT = "studio"  # what lights a scene that has no light of its own
 NO_LIGHT = "none"  # the name for no environment, as on the command line
-MOST_FOR_PLAIN = 100_000  # primitives: the plain hierarchy is built in Python, which takes about 20 s for so many
 
 
 @dataclass(frozen=True)
@@ -103,9 +102,9 @@ class Source:
         options = {"triangle_test": variant.triangle_test}
         options |= {k: getattr(variant, k) for k in ("intersector", "lamp_choice") if getattr(variant, k) is not None}
         if self.is_loaded:
-            scene = again(self.scene, **options, fast=self.scene.fast and not variant.plain)
+            scene = again(self.scene, **options)
         else:
-            scene = load_scene_data(self.scene, **options, **self.of_scene, fast=not variant.plain)
+            scene = load_scene_data(self.scene, **options, **self.of_scene)
         light = scene.environment if self.environment is None else self.environment
         if light is None and scene.effects.is_dark:
             light = LIGHT
@@ -168,9 +167,6 @@ def comparable(variants: list[Variant], facts: "SceneFacts") -> tuple[list[Varia
         InputError: choices of lamps are compared, and the scene has no lamps.
     """
     notes = []
-    if facts.primitives > MOST_FOR_PLAIN and any(v.plain for v in variants):
-        variants = [v for v in variants if not v.plain]
-        notes.append(f"The plain forms are left out, because the scene has more than {MOST_FOR_PLAIN:,} primitives.")
     if len({v.lamp_choice for v in variants}) > 1 and facts.lamps == 0:
         raise InputError(f"accuracy: {facts.source} has no surface with Ke > 0, so that no lamp is chosen")
     if not facts.has_environment and len({v.lookup for v in variants}) > 1:

@@ -24,7 +24,6 @@ WORDS: dict[str, Callable[[Any], str]] = {
     "adaptive": lambda is_on: "adaptive" if is_on else "no adaptive",
     "scale": lambda scale: f"resolution x {scale:g}",
     "intersector": lambda name: name or "the scene's own intersector",
-    "plain": lambda is_on: "plain forms" if is_on else "fast forms",
     "lamp_choice": lambda name: f"lamps by {name}" if name else "the scene's own choice of lamps",
     "max_bounces": lambda n: "1 bounce" if n == 1 else f"{n} bounces",
     "roulette": lambda q: ROULETTES.get(q) or f"roulette q = {q}",
@@ -39,7 +38,6 @@ class Variant:
     Attributes:
         scale: of the resolution: 0.5 renders half as many pixels along each side.
         intersector, lamp_choice: None is the one that the scene has, or the default of ``SceneData``.
-        plain: whether only the plain forms run, which have the same bits and take longer.
         max_bounces, rr_start_bounce: of paths, as for ``PathSettings``.
         roulette: of paths: "none", "throughput", or the constant q of the course as a number.
     """
@@ -53,7 +51,6 @@ class Variant:
     adaptive: bool = False
     scale: float = 1.0
     intersector: str | None = None
-    plain: bool = False
     lamp_choice: str | None = None
     max_bounces: int = MAX_BOUNCES
     roulette: str | float = NO_ROULETTE
@@ -81,7 +78,7 @@ class Variant:
     @property
     def scene(self) -> tuple:
         """The knobs that belong to the scene: variants in which they are equal share one."""
-        return self.lookup, self.triangle_test, self.intersector, self.plain, self.lamp_choice
+        return self.lookup, self.triangle_test, self.intersector, self.lamp_choice
 
     @property
     def film(self) -> tuple:
@@ -103,7 +100,6 @@ class Variant:
         return values | {"roulette": COURSE, "rr_termination_probability": self.roulette}
 
 
-FORMS = ("fast", "plain")
 DIRECT, PATHS = ("uniform", "brdf", "environment", "mis"), ("implicit", "explicit", "path")
 # What a study compares if nothing is named: the parameters of ``plan``.
 USUAL: dict[str, tuple] = {
@@ -116,12 +112,11 @@ USUAL: dict[str, tuple] = {
     "adaptive": (False, True),
     "scales": (1.0, 0.5),
     "intersectors": (None,),
-    "forms": FORMS,
     "lamp_choices": (None,),
     "max_bounces": (MAX_BOUNCES,),
     "roulettes": (NO_ROULETTE,),
 }
-NAMED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "forms", "lamp_choices")
+NAMED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "lamp_choices")
 OF_PATHS = ("max_bounces", "roulettes")  # what only paths have
 QUESTIONS = ("lamp_choices", *OF_PATHS)  # whoever asks one of these wants its answer alone
 OF_QUESTIONS = "lamp_choice", "max_bounces", "roulette"  # their attributes of ``Variant``
@@ -137,12 +132,12 @@ def known(knob: str) -> tuple[str, ...]:
         return tuple(PARTS.last_of("renderer", A2Renderer).names() + A4Renderer.names())
     if knob == "roulettes":
         return NO_ROULETTE, BY_THROUGHPUT
-    return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS, "forms": FORMS}[knob]
+    return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS}[knob]
 
 
 def attribute_of(knob: str) -> str:
     """The attribute of ``Variant`` that a parameter of ``plan`` sets."""
-    return {"forms": "plain", "max_bounces": "max_bounces"}.get(knob) or knob.removesuffix("s")
+    return knob if knob == "max_bounces" else knob.removesuffix("s")
 
 
 def plan(rr_start_bounce: int = RR_START, every: bool = False, **knobs: Sequence | None) -> list[Variant]:
@@ -162,12 +157,9 @@ def plan(rr_start_bounce: int = RR_START, every: bool = False, **knobs: Sequence
     asked = {name: tuple(values) for name, values in knobs.items() if values is not None}
     chosen = usual(asked) | asked
     check(chosen, rr_start_bounce, [name for name in OF_PATHS if name in asked])
-    chosen["forms"] = tuple(form == "plain" for form in chosen["forms"])
     chosen["max_bounces"] = tuple(sorted(set(chosen["max_bounces"]), reverse=True))
     *others, last = chosen["estimators"]
     chosen["estimators"] = (last, *(name for name in others if name != last))
-    if every and "forms" not in asked:  # they change no picture, and would double everything
-        chosen["forms"] = chosen["forms"][:1]
     values = {attribute_of(knob): settings for knob, settings in chosen.items()}
     first = Variant(**{name: settings[0] for name, settings in values.items()}, rr_start_bounce=rr_start_bounce)
     estimators, samplers = values.pop("estimator"), values.pop("sampler")
@@ -192,8 +184,8 @@ def usual(asked: dict[str, tuple]) -> dict[str, tuple]:
 
 
 def process_of(variant: Variant, base: Variant) -> tuple:
-    """What the variants of one process have in common: how Taichi runs, the forms, and whether they share a film."""
-    return variant.precision, variant.fast_math, variant.plain, variant.film == base.film
+    """What the variants of one process have in common: how Taichi runs, and whether they share a film."""
+    return variant.precision, variant.fast_math, variant.film == base.film
 
 
 def is_of_the_chart(variant: Variant, base: Variant) -> bool:
@@ -206,8 +198,7 @@ def by_priority(variants: Sequence[Variant]) -> list[Variant]:
     groups = {(): 0, ("estimator",): 1, ("sampler",): 2, ("estimator", "sampler"): 4}
 
     def rank(variant: Variant) -> tuple[int, int]:
-        group = groups.get(tuple(variant.differences(variants[0])), 3)
-        return 5 if variant.plain else group, variants.index(variant)
+        return groups.get(tuple(variant.differences(variants[0])), 3), variants.index(variant)
 
     return sorted(variants, key=rank)
 
@@ -220,7 +211,7 @@ def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
         lamp_choice=variant.lamp_choice if len(choices) == 1 else REFERENCE_LAMPS,
         max_bounces=max(v.max_bounces for v in variants),
     )
-    of_scene = ("precision", "fast_math", "lookup", "triangle_test", "intersector", "plain")
+    of_scene = ("precision", "fast_math", "lookup", "triangle_test", "intersector")
     return replace(own, **{knob: getattr(variant, knob) for knob in of_scene})
 
 

@@ -20,12 +20,11 @@ LIGHTS = "the tables of the lights are made"
 FILM = "camera and film are made"
 KERNELS_READ = "kernels: Python reads them"
 KERNELS_MADE = "kernels: translated or loaded"
-EYE_RAYS = "eye rays are traced"
 SAMPLES = "samples are taken"  # what eye rays hit is shaded, other rays are traced, and the film takes the values
 ERROR = "the error is estimated"
 WRITE = "files are written"
 OTHER = "other"
-STAGES = IMPORTS, TAICHI, READ, BUILD, LIGHTS, FILM, KERNELS_READ, KERNELS_MADE, EYE_RAYS, SAMPLES, ERROR, WRITE, OTHER
+STAGES = IMPORTS, TAICHI, READ, BUILD, LIGHTS, FILM, KERNELS_READ, KERNELS_MADE, SAMPLES, ERROR, WRITE, OTHER
 
 
 class Stopwatch:

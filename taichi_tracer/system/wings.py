@@ -18,7 +18,6 @@ WINGS = {
     "cluster": "renders and grades on several machines",
     "course": "runs files that were written for the Taichi course",
     "explain": "explains pixels",
-    "fast": "has the fast forms",
     "rt3": "reads and renders scene files of RT3",
     "studies": "measures what accuracy costs",
     "teaching": "hands out assignments and grades them",

@@ -315,7 +315,7 @@ def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:
     """A scene from arrays."""
     materials = [tt.Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
     options = {"environment": image} if image.size else {"lamp_choice": tt.MeshLightSampler}
-    options |= {"material": materials, "face_materials": ids, "intersector": PlainIntersector, "fast": False}
+    options |= {"material": materials, "face_materials": ids, "intersector": PlainIntersector}
     made = tt.scene_from_mesh(vertices, faces, **options)
     if not image.size:
         made.lamps.prepare()
@@ -368,8 +368,8 @@ def noisy_picture(renderer: Any, first_seed: int) -> Arrays:
 
 def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, inputs: Arrays) -> Arrays:
     """A noisy picture of the Cornell box, whose lamps ``lamp_choice`` samples; the inputs are those of ``any_seed``."""
-    scene = tt.load_scene_data("cornell_box", lamp_choice=lamp_choice, fast=False)
-    renderer = renderer_class(scene, SIZE, SIZE, fast=False).use(integrator)
+    scene = tt.load_scene_data("cornell_box", lamp_choice=lamp_choice)
+    renderer = renderer_class(scene, SIZE, SIZE).use(integrator)
     scene.lamps.prepare()
     found = noisy_picture(renderer, int(inputs["seed"]))
     scene.destroy()

@@ -124,7 +124,7 @@ class OtherTechnique:
     """What the other technique finds in a picture.
 
     Args:
-        parts: what samples of the picture are made of, a ``forms.SampleParts``.
+        parts: what samples of the picture are made of, a ``picture.sample_parts.SampleParts``.
         crop: (x0, x1, y0, y1), the pixels of the picture.
         techniques: of ``other_techniques``.
     """

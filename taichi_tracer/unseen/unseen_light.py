@@ -96,7 +96,7 @@ class UnseenLight:
             self._of = environment
 
     def watched(self, parts: Any) -> Any:
-        """The parts of a sample (``forms.SampleParts``), whose scene and sampler tell the counter what they do."""
+        """The ``SampleParts``, whose scene and sampler tell the counter what they do."""
         if self.counter is None:
             return parts
         scene, sampler = self.counter.watched(parts.scene, parts.sampler, parts.integrator)

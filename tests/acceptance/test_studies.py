@@ -45,7 +45,7 @@ def test_a_picture_ends_at_the_error_that_is_asked_for():
 def test_the_errors_of_a_study_fall(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--estimators", "uniform,mis", "--samplers", "independent", "--precisions", "f32", "--fast-math", "off"]
-    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--forms", "fast", "--size", "16"]
+    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--size", "16"]
     assert command("accuracy", "cube", *words, "--budget", "60", "--report", "out", "--arch", "cpu") == 0
     (file,) = (tmp_path / "out").glob("*.csv")
     rows = list(csv.DictReader(file.open()))

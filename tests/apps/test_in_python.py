@@ -17,7 +17,7 @@ def view(scene):
 
 def estimator(scene):
     crop = (2, 14, 1, 11)
-    found = tt.A3Renderer(scene, *SIZE, seed=7, first_sample=3, crop=crop, fast=False).use("mis_one_sample")
+    found = tt.A3Renderer(scene, *SIZE, seed=7, first_sample=3, crop=crop).use("mis_one_sample")
     found.set_weights(0.25, 0.75).set_display(exposure=1.5, tone="filmic")
     found.camera.set_camera_parameters(eye=(1.1, 2.3, 3.7), fov=33.3, handedness="left")
     return found

@@ -15,7 +15,7 @@ from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
+from taichi_tracer.apps.screen import PANEL_WIDTH
 from taichi_tracer.apps.words import as_value
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
@@ -288,29 +288,6 @@ def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, des
     expected = offline("normal", after)
     saved = np.asarray(Image.open(desktop.log.parent / "renders" / "cornell_box_normal.png")).astype(int)
     assert abs(saved - expected).max() <= 1
-
-
-@pytest.mark.parametrize("size", [(700, 300), (300, 500), (900, 650)])
-def test_a_resized_window_shows_the_whole_picture_in_its_proportions(size, desktop, offline):
-    """It is square, and as large as the panels leave room. A view of few colours can be compared in any size."""
-    before = desktop.saved()
-    expected = offline("material_id", before)
-    desktop.xdotool("windowsize", desktop.id, *map(str, size))
-    poll(lambda: desktop.measure() or (desktop.width, desktop.height) == size, "the new size")
-    layout = Layout.of(size, (SIZE, SIZE))
-    assert layout.shown_width == layout.shown_height
-
-    def is_shown():
-        top = layout.height - layout.y - layout.shown_height
-        shown = desktop.window()[top:][: layout.shown_height, layout.x :][:, : layout.shown_width]
-        rows = (np.arange(layout.shown_height) + 0.5) * SIZE / layout.shown_height
-        same = abs(shown - expected[rows.astype(int)][:, rows.astype(int)]).max(axis=-1) <= 1
-        return same.mean() > 0.9  # the other pixels are means at edges
-
-    desktop.xdotool("key", "h", "key", "h")  # the window needs an event to know its size where nothing manages windows
-    poll(is_shown, "the picture in the new size")
-    desktop.point(layout.x + layout.shown_width // 2, layout.height // 2)
-    assert desktop.saved().eye == before.eye
 
 
 def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):

@@ -13,12 +13,10 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
-from taichi_tracer.fast.far_light import with_brdfs
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels
 
 NUMBERS = 29
 
@@ -120,17 +118,6 @@ def test_it_looks_to_the_viewer_and_its_rays_start_off_it(precision, side):
     np.testing.assert_array_equal(found[22:25], [0, 0, side])
     np.testing.assert_allclose(found[13:15], [4.2, 0.3], rtol=1e-6)
     assert 0 < side * found[15] < 100 * runtime.epsilon()
-
-
-COMPILED = []  # filled while a kernel is compiled
-
-
-@in_kernels
-def _note(surface):
-    """Keep what is known of a surface while a kernel is compiled."""
-    rest, mirror = with_brdfs(surface, False), with_brdfs(surface, True)
-    COMPILED.append((surface.may_be_delta, len(surface.brdfs), len(rest.brdfs), rest.may_be_delta))
-    assert [brdf.is_delta for brdf in mirror.brdfs] == [True] * (len(surface.brdfs) - len(rest.brdfs))
 
 
 def test_a_scene_with_one_brdf_compiles_no_decision(f32):

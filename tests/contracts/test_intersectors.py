@@ -1,4 +1,4 @@
-"""Every registered intersector answers as brute force, in each form; those that break that in one point are found."""
+"""Every registered intersector answers as brute force."""
 
 import pytest
 from support import start
@@ -7,21 +7,14 @@ from taichi_tracer.contracts import intersectors
 from taichi_tracer.system.registry import PARTS
 
 
-def every_form():
-    """A decorator: runs the test with ``part`` and ``fast`` set to each form of an intersector, but for the truth."""
-    forms = []
-    for part in PARTS.all("intersector"):
-        if part is not intersectors.TRUTH:  # whose fast form is the same loop
-            forms.append(pytest.param(part, True, id=part.name))
-    return pytest.mark.parametrize(("part", "fast"), forms)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def _taichi():
     start("f32")
     intersectors.truth.cache_clear()  # of another precision
 
 
-@every_form()
-def test_intersector(part, fast):
-    intersectors.check_intersector(part, fast)
+@pytest.mark.parametrize(
+    "part", [part for part in PARTS.all("intersector") if part is not intersectors.TRUTH], ids=lambda part: part.name
+)
+def test_intersector(part):
+    intersectors.check_intersector(part)

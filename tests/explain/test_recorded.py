@@ -63,14 +63,13 @@ def test_results_get_their_names_in_order():
     assert given_names((), 5) == given_names(("value",), None) == {}
 
 
-@pytest.mark.parametrize("fast", [True])
-def test_places_and_the_triangles_in_them_are_noted(fast):
+def test_places_and_the_triangles_in_them_are_noted():
     """With the ids that the triangles have there."""
     transforms = np.tile(np.eye(4), (3, 1, 1))
     transforms[:, 0, 3] = -5, 0, 5
     transforms[1] = np.diag([-1.0, 1, 1, 1])
     mesh = tt.group([tt.Instances(tt.load_mesh("cube"), transforms)])
-    renderer = tt.A1Renderer(tt.scene_from_mesh(mesh, instances="shared", fast=fast), 33, 33).use("normal").render()
+    renderer = tt.A1Renderer(tt.scene_from_mesh(mesh, instances="shared"), 33, 33).use("normal").render()
     found = renderer.explain(16, 16)
     assert [step.values["place"] for step in found.find("a place is entered")].count(1) == 1
     tried = found.find("a triangle is tried")

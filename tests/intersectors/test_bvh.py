@@ -10,10 +10,10 @@ from compare import assert_same_answers
 from shapes import BOXES, lattice, random_spheres, soup, sphere, with_spheres
 
 import taichi_tracer as tt
-from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.intersectors import bvh
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
+from taichi_tracer.intersectors.wide_bvh import WideBVH
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 
 
@@ -80,9 +80,9 @@ def forms(mesh, test="watertight"):
     """The scene by plain brute force, by the plain hierarchy, and by the wide tree."""
     options = {"triangle_test": test}
     scenes = (
-        tt.SceneData(mesh, intersector="brute_force", fast=False, **options),
-        tt.SceneData(mesh, intersector="bvh", fast=False, **options),
+        tt.SceneData(mesh, intersector="brute_force", **options),
         tt.SceneData(mesh, intersector="bvh", **options),
+        tt.SceneData(mesh, **options),
     )
     kinds = [type(scene.ray_intersector) for scene in scenes]
     assert kinds == [BruteForceRayIntersector, BVHRayIntersector, WideBVH]
@@ -136,7 +136,7 @@ QUICK = ("closed", "lattice", "culled triangles among spheres")
 
 
 def test_facts_are_those_of_the_tree(f32):
-    tree = tt.scene_from_mesh(*sphere(12, 7), intersector="bvh", fast=False).ray_intersector
+    tree = tt.scene_from_mesh(*sphere(12, 7), intersector="bvh").ray_intersector
     assert tree.facts() == {"nodes": f"{tree.num_nodes:,}", "stack": f"{tree.stack_size}"}
     assert tree.num_nodes > 20
     assert tree.stack_size == 64  # the tree is not deep

@@ -14,7 +14,6 @@ from taichi_tracer.materials import Material
 from taichi_tracer.scene_data import again
 from taichi_tracer.textures import Texture
 
-FORMS = pytest.mark.parametrize("fast", [True, False], ids=["fast", "plain"])
 RAYS = 100_000
 
 
@@ -62,9 +61,9 @@ def image_of(renderer, name):
     return np.nan_to_num(renderer.aov(name))
 
 
-def both(mesh, fast, **options):
+def both(mesh, **options):
     """The scene with shared objects and the one with copies."""
-    shared = tt.scene_from_mesh(mesh, instances="shared", fast=fast, **options)
+    shared = tt.scene_from_mesh(mesh, instances="shared", **options)
     assert shared.effects.instances
     return shared, tt.scene_from_mesh(mesh, instances="copied", **options)
 
@@ -83,38 +82,35 @@ def assert_same_hits(shared, copied, origins, directions):
     np.testing.assert_array_equal(shared.occluded(origins, directions, 0, t_max), expected.distance < t_max)
 
 
-@FORMS
 @pytest.mark.parametrize(
     "kind",
     [*("mirrored", "any")],
 )
-def test_every_place_has_the_hits_of_a_copy(kind, fast, rng):
+def test_every_place_has_the_hits_of_a_copy(kind, rng):
     vertices, faces = sphere(16, 9)
     ball = Mesh(in_f32(vertices), faces, source="ball")
     mesh = group([Instances(ball, transforms(rng, 12, kind)), Instances(Mesh(*SQUARE), transforms(rng, 2, kind))])
-    scenes = both(mesh, fast)
+    scenes = both(mesh)
     sizes = {"a thousandth": 1e-3, "a thousand times": 1e3}
     assert_same_hits(*scenes, *rays_at(scenes[0], rng, size=sizes.get(kind, 1.0)))
 
 
-@FORMS
-def test_a_tree_of_three_levels_has_the_hits_of_its_flat_mesh(fast, rng):
+def test_a_tree_of_three_levels_has_the_hits_of_its_flat_mesh(rng):
     mesh = Mesh(*map(in_f32, soup(rng, 200)), source="leaf")
     mesh.faces = mesh.faces.astype(np.int32)
     for level in range(3):
         own = Mesh(in_f32(soup(rng, 20)[0]), soup(rng, 20)[1], source=f"level {level}")
         mesh = group([own, Instances(mesh, transforms(rng, 3))], source=f"level {level}")
-    scenes = both(mesh, fast)
+    scenes = both(mesh)
     assert scenes[0].num_triangles == scenes[1].num_triangles == 200 * 27 + 20 * (1 + 3 + 9)
     assert_same_hits(*scenes, *rays_at(scenes[0], rng))
 
 
-@FORMS
-def test_a_closed_object_has_no_gaps_in_any_place(fast, rng):
+def test_a_closed_object_has_no_gaps_in_any_place(rng):
     vertices, faces = sphere(48, 25)
     ball = Mesh(in_f32(vertices), faces, source="ball")
     places = transforms(rng, 8)
-    shared, _ = both(group([Instances(ball, places)]), fast)
+    shared, _ = both(group([Instances(ball, places)]))
     chosen = rng.integers(0, 8, 50_000)
     near = rng.uniform(-0.3, 0.3, (50_000, 3))
     inside = places[chosen, :3, 3] + np.einsum("nij,nj->ni", places[chosen, :3, :3], near)
@@ -124,23 +120,21 @@ def test_a_closed_object_has_no_gaps_in_any_place(fast, rng):
     assert shared.occluded(inside, at - inside).all()
 
 
-@FORMS
-def test_what_ends_a_ray_does_not_hide_what_is_before_it(fast):
+def test_what_ends_a_ray_does_not_hide_what_is_before_it():
     """The triangle at the end comes first in its leaf, and is no hit."""
     far, near = SQUARE[0], SQUARE[0] + (0, 0, 1)
     both_squares = Mesh(np.concatenate([far, near]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
-    scene = tt.scene_from_mesh(group([Instances(both_squares, np.eye(4))]), instances="shared", fast=fast)
+    scene = tt.scene_from_mesh(group([Instances(both_squares, np.eye(4))]), instances="shared")
     origins = [[0.3, 0.1, 3], [0.3, 0.1, 3], [0.3, 0.1, 0.5]]
     assert scene.occluded(origins, [0, 0, -1], 0, [3, 2, 0.5]).tolist() == [True, False, False]
 
 
-@FORMS
-def test_spheres_become_ellipsoids(fast, rng):
+def test_spheres_become_ellipsoids(rng):
     """Against the equation |M⁻¹ (o + t d) − c| = r in float64."""
     centres, radii = rng.uniform(-1, 1, (3, 3)), np.array([0.3, 0.5, 0.8])
     balls = with_spheres(in_f32(np.column_stack([centres, radii])))
     places = transforms(rng, 5)
-    scene = tt.scene_from_mesh(group([Instances(balls, places)]), fast=fast)
+    scene = tt.scene_from_mesh(group([Instances(balls, places)]))
     assert scene.num_spheres == 15
     origins = rng.uniform(-8, 8, (20_000, 3)).astype(np.float32).astype(float)
     directions = rng.normal(size=(20_000, 3)).astype(np.float32).astype(float)
@@ -169,8 +163,7 @@ def test_spheres_become_ellipsoids(fast, rng):
     assert (abs((normals * hits.normal[met]).sum(axis=1)) > 1 - 1e-4).all()
 
 
-@FORMS
-def test_normals_backs_and_holes_are_those_of_copies(fast, rng):
+def test_normals_backs_and_holes_are_those_of_copies(rng):
     vertices, faces = sphere(24, 13)
     stripes = Texture(np.repeat(np.array([[[1.0], [0.0]]] * 2, np.float32), 3, axis=2))
     uv = np.stack([np.arctan2(vertices[:, 2], vertices[:, 0]), vertices[:, 1]], axis=1)[faces]
@@ -185,7 +178,7 @@ def test_normals_backs_and_holes_are_those_of_copies(fast, rng):
         corner_uv=uv,
         source="ball",
     )
-    scenes = both(group([Instances(ball, transforms(rng, 9))]), fast)
+    scenes = both(group([Instances(ball, transforms(rng, 9))]))
     effects = scenes[0].effects
     assert effects.holes
     assert effects.culling
@@ -193,9 +186,8 @@ def test_normals_backs_and_holes_are_those_of_copies(fast, rng):
     assert_same_hits(*scenes, *rays_at(scenes[0], rng))
 
 
-@FORMS
 @pytest.mark.parametrize("name", ["normal", "uv"])
-def test_a_picture_of_shared_objects_is_that_of_copies(name, fast, rng):
+def test_a_picture_of_shared_objects_is_that_of_copies(name, rng):
     checks = Texture(rng.uniform(size=(4, 4, 3)).astype(np.float32))
     square = Mesh(
         *SQUARE, materials=[Material(map_Kd=checks)], corner_uv=SQUARE[0][SQUARE[1]][:, :, :2], source="square"
@@ -204,7 +196,7 @@ def test_a_picture_of_shared_objects_is_that_of_copies(name, fast, rng):
     parts = [Instances(square, transforms(rng, 5, "turned")), Instances(ball, transforms(rng, 3, "turned"))]
     mesh = group(parts if name == "normal" else parts[:1])
     pictures = []
-    for scene in both(mesh, fast, view={"eye": (0, 0, 12), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}):
+    for scene in both(mesh, view={"eye": (0, 0, 12), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}):
         renderer = tt.A1Renderer(scene_data=scene, width=64, height=48)
         pictures.append(image_of(renderer, name))
     np.testing.assert_allclose(*pictures, atol=1e-5)

@@ -22,7 +22,7 @@ def test_plans():
     with pytest.raises(tt.InputError, match="unknown sampler 'halton'"):
         variants.plan(samplers=("halton",))
     with pytest.raises(tt.InputError, match="unknown form 'simple'"):
-        variants.plan(forms=("simple",))
+        variants.plan(lookups=("simple",))
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ def test_a_scene_is_observed_with_its_parts_and_the_surfaces_that_it_makes():
 
 
 def test_samples_begin_in_one_place():
-    """Outside ``fast``, one loop begins the samples of pictures: whoever watches a sample uses this loop.
+    """One loop begins the samples of pictures: whoever watches a sample uses this loop.
 
     The checks of the assignments and of parts ask for random numbers, too, but make no picture; and ``course`` counts
     samples of an environment.
@@ -148,4 +148,4 @@ def test_samples_begin_in_one_place():
         calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)]
         if any(getattr(call.func, "attr", "") == "start" and len(call.args) == 4 for call in calls):
             found.add(path.relative_to(package).parts[0])
-    assert found == {"progressive.py", "fast", "teaching", "contracts", "course"}
+    assert found == {"progressive.py", "teaching", "contracts", "course"}

@@ -66,7 +66,7 @@ def pictures(folder: Path) -> float:
 
 def rays(vertices: np.ndarray, faces: list[tuple[int, int, int]]) -> np.ndarray:
     """Questions about single rays."""
-    scene = tt.scene_from_mesh(vertices, faces, triangle_test="moller_trumbore", fast=False)
+    scene = tt.scene_from_mesh(vertices, faces, triangle_test="moller_trumbore")
     hits = scene.intersect([[0, 1, 3]], [[0, 0, -1]], t_max=10)
     names = [scene.materials[i].name for i in hits.material_id[hits.is_hit]]
     blocked = scene.occluded(np.zeros((2, 3)), (0, 1, 0))

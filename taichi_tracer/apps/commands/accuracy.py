@@ -31,7 +31,7 @@ def add_arguments(parser: Parser) -> None:
     add_light_options(parser, f"or none (default: the scene's own light, or {USUAL_LIGHT} where it has none)")
     add_surface_options(parser)
     knobs = parser.add_argument_group("what is compared", "names with commas, or all; those with a star if not given")
-    for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups", "forms"):
+    for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups"):
         keyword = name.replace("-", " ")
         knobs.add_argument(f"--{name}", type=names, metavar="A,B", help=f"which {keyword}")
     knobs.add_argument("--fast-math", choices=("off", "on", "both"), help="default: both")

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taichi_tracer.forms import has_fast_form
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
@@ -14,6 +13,7 @@ from taichi_tracer.system.runtime import PRECISIONS
 from taichi_tracer.system.seams import replaced
 
 OWN_TEST = "own"  # in place of a triangle test, where the intersector has an ``intersect_triangle`` of its own
+PLAIN = "bvh"  # a hierarchy that is built in Python, triangle by triangle
 REFERENCE = "brute_force"  # the intersector that all others must equal
 
 
@@ -23,14 +23,12 @@ class RayMode:
 
     Attributes:
         triangle_test: its name, or ``OWN_TEST``.
-        plain: whether the form runs that is there to be read, where the intersector has a fast one too.
     """
 
     triangle_test: str
     precision: str
     fast_math: bool
     intersector: str
-    plain: bool = False
 
     @property
     def tries_everything(self) -> bool:
@@ -41,7 +39,7 @@ class RayMode:
 
     def scene_options(self) -> dict:
         """What ``SceneData`` needs to intersect rays in this way."""
-        options = {"intersector": self.intersector, "fast": not self.plain}
+        options = {"intersector": self.intersector}
         return options if self.triangle_test == OWN_TEST else options | {"triangle_test": self.triangle_test}
 
     @property
@@ -50,7 +48,7 @@ class RayMode:
         return float(np.finfo(np.float64 if self.precision == "f64" else np.float32).eps)
 
     def __str__(self) -> str:
-        rest = " plain" * self.plain + " fast_math" * self.fast_math
+        rest = " fast_math" * self.fast_math
         return f"{self.triangle_test} {self.precision} {self.intersector}{rest}"
 
 
@@ -68,25 +66,19 @@ def all_modes(with_plain: bool = False) -> list[RayMode]:
     """Every mode, those of one start of Taichi together, and brute force first: the others must equal it.
 
     Args:
-        with_plain: whether the plain hierarchy is tried too, whose tree takes long to build.
+        with_plain: whether the hierarchy to be read is tried too, whose tree takes long to build.
     """
-    intersectors = sorted(PARTS.all("intersector"), key=lambda part: part.name != REFERENCE)
+    known = [part for part in PARTS.all("intersector") if with_plain or part.name != PLAIN]
+    intersectors = sorted(known, key=lambda part: part.name != REFERENCE)
     tests = PARTS.names("triangle test")
     own = [part.name for part in intersectors if has_own_test(part)]
-    ways = [(test, part.name, False) for test in tests for part in intersectors if part.name not in own]
-    ways += [(OWN_TEST, name, False) for name in own]
-    if with_plain:
-        ways += [
-            (test, cls.name, True)
-            for test in tests
-            for cls in PARTS.all("intersector")
-            if has_fast_form(cls) and cls.name != REFERENCE
-        ]
+    ways = [(test, part.name) for test in tests for part in intersectors if part.name not in own]
+    ways += [(OWN_TEST, name) for name in own]
     return [
-        RayMode(test, precision, fast_math, intersector, plain)
+        RayMode(test, precision, fast_math, intersector)
         for fast_math in (False, True)
         for precision in PRECISIONS
-        for test, intersector, plain in ways
+        for test, intersector in ways
     ]
 
 

@@ -240,7 +240,7 @@ def run_picture(view: str):
     """A function that renders one view of the Cornell box with all of the student's classes."""
 
     def run(classes, inputs: Arrays) -> Arrays:
-        scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector, fast=False)
+        scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector)
         camera = classes.Camera(SIZE, SIZE, **stand_ins.view_of(inputs))
         renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
         picture = np.asarray(renderer.image())

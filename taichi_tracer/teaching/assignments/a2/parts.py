@@ -313,10 +313,10 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     """The spheres, with all of the student's classes."""
     environment = classes.Environment(inputs["image"])
     environment.texels = stand_ins.Guarded(environment.texels)
-    scene = tt.load_scene_data("specular_spheres", environment=environment, fast=False)
+    scene = tt.load_scene_data("specular_spheres", environment=environment)
     size = stand_ins.SIZE
     camera = classes.Camera(size, size, **stand_ins.view_of(inputs))
-    renderer = classes.A2Renderer(scene, camera=camera, fast=False).use("brdf")
+    renderer = classes.A2Renderer(scene, camera=camera).use("brdf")
     found = stand_ins.noisy_picture(renderer, first_seed=0)
     scene.destroy()
     return found

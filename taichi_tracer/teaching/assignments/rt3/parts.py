@@ -60,7 +60,7 @@ def cornell_view(rng: np.random.Generator) -> Arrays:
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box through both cameras, side by side."""
-    scene = tt.load_scene_data("cornell_box", fast=False)
+    scene = tt.load_scene_data("cornell_box")
     view = stand_ins.view_of(inputs, *inputs)
     cameras = [classes.PerspectiveCamera(48, 48, fov=60.0, **view)]
     cameras.append(classes.OrthographicCamera(48, 48, screen_window=(-1.2, 1.2, -1.2, 1.2), **view))

@@ -390,7 +390,7 @@ def make_room(vertices, materials, sky) -> Any:
     """The scene of a room."""
     made = [tt.Material(Ka=one[:3], Kd=one[3:6], Ks=one[6:9], Km=one[9:12], Ns=40 * one[12]) for one in materials]
     lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
-    options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights, "fast": False}
+    options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights}
     options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": stand_ins.PlainIntersector}
     return tt.scene_from_mesh(vertices, rooms.quads(4), **options)
 
@@ -424,7 +424,7 @@ def balls_view(rng: np.random.Generator) -> Arrays:
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """Three balls under all four lights."""
-    scene = tt.load_scene_data("rt3/all_lights", fast=False)
+    scene = tt.load_scene_data("rt3/all_lights")
     lamp = classes.PointLight((0.4, 3.2, -1.2), (6, 4.5, 2.7), (1, 0, 1))
     spot = classes.SpotLight((5, 5, -3), (2.3, 0.6, 0), (3, 8, 30), 16, 11)
     scene.lights = [classes.AmbientLight(0.12), classes.DirectionalLight((4, -5, 6), 0.35), lamp, spot]

@@ -13,12 +13,11 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
-from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
-from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
-from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import edge_functions, exact_edge_functions, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
+from taichi_tracer.intersectors.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.intersectors.bvh_wide import LEAF_BITS, leaf_reference
+from taichi_tracer.intersectors.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.seams import element, in_kernels, variable
@@ -92,14 +91,14 @@ def aim_of(ray):
     d = ray.direction
     size = abs(d)
     largest = ti.select(size.x > size.y and size.x > size.z, 0, ti.select(size.y > size.z, 1, 2))
-    x, y, z = smaller_axes(largest << 3)
+    x, y, z = ti.select(largest == 2, 0, largest + 1), ti.select(largest == 0, 2, largest - 1), largest
     o, own = in_own_axes(largest, ray.origin), in_own_axes(largest, d)
     return Aim(x=x, y=y, z=z, origin=o, shear_x=own.x / own.z, shear_y=own.y / own.z)
 
 
 @ti.func
 def in_own_axes(largest, v):
-    """The components along the two smaller axes of a direction, and along its largest one (``smaller_axes``)."""
+    """The components along the two smaller axes of a direction, and along its largest one, as in ``aim_of``."""
     return ti.select(largest == 0, v.yzx, ti.select(largest == 1, v.zxy, v))
 
 
@@ -114,12 +113,10 @@ class LeafBlocks:
         is_mixed: whether there are spheres among the triangles; then all primitives of a block are tried, too.
     """
 
-    is_in_one_place = True  # whether all rays see the vertices where they are stored
-
     def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
         self.has_test = primitives_at_once(solve, is_mixed) == BLOCK
         self.test = BLOCK_TESTS.get(solve) if self.has_test else None
-        self.has_distances = self.is_in_one_place and self.has_test and solve is watertight
+        self.has_distances = self.has_test and solve is watertight
         self.vertices = ti.Vector.field(3 * BLOCK, float)  # of block, axis: the lanes of one corner after the other
         self.ids = ti.field(ti.i32)  # of block, lane
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
@@ -127,7 +124,10 @@ class LeafBlocks:
         block.dense(ti.j, BLOCK).place(self.ids)
 
     def put(self, tables: Tables, rows: np.ndarray, vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray) -> None:
-        """Let ``tables`` do for all blocks what ``fill`` does for one."""
+        """Let ``tables`` write the blocks: ``rows`` has one row of ``faces`` and ``ids`` for each place, or ``NO_ROW``.
+
+        The vertices of an empty place are NaN, with which no condition holds.
+        """
         is_used = rows != NO_ROW
         own = rows[is_used]
         corners = np.full((len(rows), 3, 3), np.nan, vertices.dtype)  # of place, corner, axis
@@ -136,23 +136,6 @@ class LeafBlocks:
         numbers[is_used] = ids[own]
         tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
         tables.put(self.ids, numbers.reshape(-1, BLOCK))
-
-    @ti.func
-    def fill(self, block, rows: ti.template(), vertices: ti.template(), faces: ti.template(), ids: ti.template()):
-        """Put rows of ``faces`` and ``ids`` into a block: ``rows`` has one for each place, or ``NO_ROW``.
-
-        The vertices of an empty place are NaN, with which no condition holds.
-        """
-        for lane in range(BLOCK):
-            row = rows[BLOCK * block + lane]
-            if row != NO_ROW:
-                self.ids[block, lane] = ids[row]
-            for corner in range(3):
-                for axis in range(3):
-                    coordinate = tm.nan
-                    if row != NO_ROW:
-                        coordinate = vertices[faces[row, corner], axis]
-                    self.vertices[block, axis][BLOCK * corner + lane] = coordinate
 
     @in_kernels
     def primitive(self, place):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapes import BOXES, random_boxes
 
-from taichi_tracer.fast import bvh_build
+from taichi_tracer.intersectors import bvh_build
 
 pytestmark = pytest.mark.usefixtures("f32")
 

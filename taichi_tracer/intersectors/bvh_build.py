@@ -13,8 +13,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.lanes import larger, smaller
 from taichi_tracer.formulas.points import box_of
+from taichi_tracer.intersectors.lanes import larger, smaller
 from taichi_tracer.system import runtime
 from taichi_tracer.system.seams import in_kernels
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from shapes import BOXES
 
-from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, quantise
+from taichi_tracer.intersectors import bvh_build
+from taichi_tracer.intersectors.bvh_wide import LEAF_BITS, WIDTH, collapse, quantise
 
 pytestmark = pytest.mark.usefixtures("f32")
 

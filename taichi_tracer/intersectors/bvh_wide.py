@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.fast.bvh_build import BLOCK, MAX_LEAF, BinaryTree
+from taichi_tracer.intersectors.bvh_build import BLOCK, MAX_LEAF, BinaryTree
 
 WIDTH = 8  # children of a node: one vector instruction of AVX2 tests the boxes of eight
 LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)

@@ -8,9 +8,9 @@ from shapes import random_rays, soup
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.fast.bvh_build import BLOCK
-from taichi_tracer.fast.lanes import first_lane
-from taichi_tracer.fast.leaf_blocks import aim_of
+from taichi_tracer.intersectors.bvh_build import BLOCK
+from taichi_tracer.intersectors.lanes import first_lane
+from taichi_tracer.intersectors.leaf_blocks import aim_of
 from taichi_tracer.ray import Ray
 
 

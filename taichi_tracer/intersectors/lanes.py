@@ -1,0 +1,82 @@
+"""Vectors of lanes, with which a CPU works on several things at once.
+
+Taichi has no vector instructions: it writes a vector as single numbers, and LLVM puts them together again, if each lane
+does exactly the same. The small functions here are written so that LLVM recognises them.
+"""
+
+import functools
+import operator
+
+import taichi as ti
+
+from taichi_tracer.system.seams import element, in_kernels, variable
+
+
+class LaneComponents:
+    """A vector whose components are vectors of lanes, or numbers that all lanes share.
+
+    A formula of ``formulas`` takes it in place of a ``vec3``, and then computes all lanes at once.
+    """
+
+    _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
+
+    def __init__(self, x, y, z) -> None:
+        self.x, self.y, self.z = (variable(component) for component in (x, y, z))
+
+    def __sub__(self, other):
+        return LaneComponents(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    @in_kernels
+    def dot(self, other):
+        """What ``tm.dot`` calls."""
+        return self.x * other.x + self.y * other.y + self.z * other.z
+
+    @in_kernels
+    def cross(self, other):
+        """What ``tm.cross`` calls."""
+        x, y, z = other.x, other.y, other.z
+        return LaneComponents(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
+
+
+@in_kernels
+def components(x, y, z):
+    """``LaneComponents`` in a kernel."""
+    return LaneComponents(x, y, z)
+
+
+@in_kernels
+def shared(v):
+    """``LaneComponents`` that all lanes share: those of a ``vec3``."""
+    return LaneComponents(*(element(v, k) for k in range(3)))
+
+
+@in_kernels
+def larger(a, b):
+    """max, written so that the compiler uses vector instructions."""
+    a, b = variable(a), variable(b)
+    return ti.select(a > b, a, b)
+
+
+@in_kernels
+def smaller(a, b):
+    """min, written so that the compiler uses vector instructions."""
+    a, b = variable(a), variable(b)
+    return ti.select(a < b, a, b)
+
+
+@in_kernels
+def lanes_of(is_met):
+    """A mask with bit k + 1 for each lane k in which a condition holds.
+
+    Bit 0 stays free. Otherwise LLVM writes the first lane in another way than the others, and then uses no vector
+    instructions for any of them.
+    """
+    lanes = range(is_met.n)
+    bits = variable(ti.select(is_met, ti.Vector([2 << k for k in lanes]), ti.Vector([0 for _ in lanes])))
+    return variable(functools.reduce(operator.or_, [element(bits, k) for k in lanes]))
+
+
+@ti.func
+def first_lane(mask):
+    """The first lane of a mask of ``lanes_of``. The compiler turns this into one instruction."""
+    return ti.math.popcnt(~mask & (mask - 1)) - 1

@@ -1,0 +1,414 @@
+"""A bounding volume hierarchy with eight children per node, and its traversal.
+
+In memory, the first planes of all eight boxes are neighbours, then the second planes, and so on. Therefore a CPU tests
+the eight boxes at once (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008). A plane is stored as a byte, see
+``bvh_wide.Grid``.
+"""
+
+import time
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.formulas.boxes import within_box
+from taichi_tracer.formulas.triangles import stable_normal
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.intersectors import bvh_build
+from taichi_tracer.intersectors.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.intersectors.bvh_wide import WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.intersectors.lanes import first_lane, lanes_of, larger, smaller
+from taichi_tracer.intersectors.leaf_blocks import (
+    NO_ROW,
+    LeafBlocks,
+    aim_of,
+    in_blocks,
+    is_inside,
+    leaf_range,
+    leaf_triangles,
+    may_be_inside,
+    primitives_at_once,
+)
+from taichi_tracer.ray import no_hit
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.blocks import in_own_block
+from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import element, in_kernels, seams, variable
+from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
+
+NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
+# Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.
+STACK_STEP, DEPTH_STEP = 64, 8
+UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
+
+
+@register
+@ti.data_oriented
+@seams()
+class WideBVH(RayIntersector):
+    """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
+
+    name = "wide_bvh"
+
+    def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
+        """Build the tree over the primitives that a ray can hit."""
+        super().bind(geometry, triangle_test)
+        effects = geometry.effects
+        self.is_plain_geometry = not (effects.spheres or effects.culling or effects.holes)
+        start = time.perf_counter()
+        ids, boxes = geometry.hittable()
+        order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
+        if len(ids) > 0:
+            tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
+            order, wide = tree.order, collapse(tree)
+            del boxes, tree  # of a large mesh, these would need the memory of the whole scene once more
+        references, places = in_blocks(np.append(wide.children, wide.root).astype(np.int32), len(ids))
+        children, self.root = references[:-1].reshape(-1, WIDTH), varying(int(references[-1]))
+        self.depth = -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
+        self.stack_size = -(-wide.stack_size // STACK_STEP) * STACK_STEP
+        self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
+        self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)
+
+        grid = quantise(wide.planes)
+        del wide  # before the fields are made, which need as much memory
+        self._memory = memory.Memory()
+        self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
+        self.numbers = ti.Vector.field(WIDTH, self.number_type)
+        self.children = ti.field(ti.i32)
+        # The fields are nested, so that the memory of a node is contiguous.
+        node = self._memory.fields.dense(ti.i, self.num_nodes)
+        node.place(self.corner, self.step)
+        node.dense(ti.j, 6).place(self.numbers)
+        node.dense(ti.j, WIDTH).place(self.children)
+        self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
+        self._memory.allocate()
+        number_type = np.uint8 if self.number_type == ti.u8 else np.int32
+        nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
+        rows = np.full(self.num_places, NO_ROW, np.int32)
+        rows[places] = order
+        tables = Tables()
+        for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):
+            tables.put(field, array)
+        self.blocks.put(tables, rows, *leaf_triangles(geometry), ids)
+        tables.load(self._memory)
+        self.build_seconds = time.perf_counter() - start
+
+    @property
+    def bytes(self) -> int:
+        """The memory of the nodes and of the blocks of triangles."""
+        scalar, number = np.dtype(runtime.dtype()).itemsize, 1 if self.number_type == ti.u8 else 4
+        return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_places * (9 * scalar + 4)
+
+    def facts(self) -> dict[str, str]:
+        """What ``taichi-tracer info`` prints about the tree."""
+        per_triangle = self.bytes / max(1, self.num_leaf_triangles)
+        return {
+            "nodes": f"{self.num_nodes:,}",
+            "depth": f"{self.depth}",
+            "SAH cost": f"{self.cost:.1f} tests of four triangles for a ray that meets the bounds",
+            "build time": f"{self.build_seconds:.2f} s, compiling included",
+            "tree memory": f"{self.bytes:,} bytes ({per_triangle:.0f} bytes per triangle)",
+        }
+
+    def destroy(self) -> None:
+        """Free the tree's memory."""
+        self._memory.free()
+
+    @ti.func
+    def search(self, ray, t_min, t_max, any_hit: ti.template()):
+        """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
+        hit = no_hit()
+        if ti.static(any_hit):
+            hit.is_hit = ti.cast(self.is_any_hit(ray, t_min, t_max), ti.i32)
+        else:
+            t, primitive_id, u, v, place = self.nearest(ray, t_min, t_max)
+            if primitive_id >= 0:
+                hit = self.describe(ray, t, primitive_id, u, v, place)
+        return hit
+
+    @ti.func
+    def describe(self, ray, t, primitive_id, u, v, place):
+        """HitData of the primitive at a place, from t and barycentric coordinates."""
+        hit, index = no_hit(), primitive_id
+        if ti.static(self.geometry.effects.spheres):
+            index = self.geometry.primitives[primitive_id]
+            if index < 0:
+                hit = self.describe_sphere(ray, t, -1 - index, self.outward_normal(ray, t, -1 - index))
+        if index >= 0:
+            hit = self.describe_triangle(ray, t, index, u, v, self.blocks.triangle(place))
+        hit.triangle_id = primitive_id
+        return hit
+
+    @ti.func
+    def nearest(self, ray, t_min, t_max):
+        """(t, id, u, v, place) of the nearest hit with t_min < t < t_max; the id is −1 if there is none.
+
+        The lowest id counts if several hits have the same t. For places, see ``leaf_blocks``.
+        """
+        bounds, aim = self.ray_bounds(ray), aim_of(ray)
+        best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting_t = ti.Vector([0.0] * self.stack_size, float)
+        top = 0
+        reference = NOTHING
+        if self.is_legal(ray):
+            reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                t_near, mask = self.met_children(bounds, reference, t_min, best)
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+            else:
+                best, best_id, best_u, best_v, best_place = self.search_leaf(
+                    reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
+                )
+            if following == NOTHING:
+                following, top = self.wake(waiting, waiting_t, top, best)
+            reference = following
+        return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def is_any_hit(self, ray, t_min, t_max):
+        """Whether anything is hit with t_min < t < t_max.
+
+        The search ends at the first hit. Therefore the children of a node are not sorted by their distance: that would
+        take more time than it saves.
+        """
+        bounds, aim = self.ray_bounds(ray), aim_of(ray)
+        blocked = False
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        top = 0
+        reference = NOTHING
+        if self.is_legal(ray):
+            reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                _, mask = self.met_children(bounds, reference, t_min, t_max)
+                following, top = self.enter_any(waiting, top, reference, mask)
+            elif self.blocks_in_leaf(reference, ray, bounds, aim, t_min, t_max):
+                blocked = True
+            elif top > 0:
+                top -= 1
+                following = waiting[top]
+            reference = following
+        return blocked
+
+    @ti.func
+    def enter_any(self, waiting: ti.template(), top, node, mask):
+        """(a child that the ray meets, the new top of the stack). The other children wait.
+
+        If the ray meets no child, the last one that waits is entered; ``NOTHING`` if none waits. How many children a
+        ray meets is a branch that the CPU cannot predict. Therefore a few are always written, and whatever is no child
+        is overwritten later.
+        """
+        is_met, first = mask != 0, self.child(node, mask)
+        mask &= mask - 1
+        for _ in ti.static(range(UNBRANCHED)):
+            waiting[top] = self.child(node, mask)
+            top += ti.select(mask != 0, 1, 0)
+            mask &= mask - 1
+        while mask != 0:
+            waiting[top] = self.child(node, mask)
+            top += 1
+            mask &= mask - 1
+        top -= ti.select(is_met, 0, 1)
+        following = NOTHING
+        if top >= 0:
+            following = ti.select(is_met, first, waiting[top])
+        return following, top
+
+    @ti.func
+    def child(self, node, mask):
+        """The first child of a mask, see ``lanes_of``; any child if the mask is empty."""
+        return self.children[node, ti.min(first_lane(mask), WIDTH - 1)]
+
+    @ti.func
+    def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
+        """(the nearest child that the ray meets, or ``NOTHING``; the new top of the stack). The other children wait.
+
+        The box of an absent child is inside out. A ray can still meet it, if the node is smaller than the padding of
+        the ray; but an absent child is an empty leaf.
+        """
+        nearest = NOTHING
+        if mask != 0:
+            k = first_lane(mask)
+            mask &= mask - 1
+            nearest = self.children[node, k]
+            nearest_t = t_near[k]
+            for _ in ti.static(range(UNBRANCHED)):
+                k = ti.min(first_lane(mask), WIDTH - 1)
+                child, t = self.children[node, k], ti.select(mask != 0, t_near[k], tm.inf)
+                is_nearer = t < nearest_t
+                waiting[top] = ti.select(is_nearer, nearest, child)
+                waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                top += ti.select(mask != 0, 1, 0)
+                mask &= mask - 1
+                nearest = ti.select(is_nearer, child, nearest)
+                nearest_t = ti.select(is_nearer, t, nearest_t)
+            while mask != 0:  # the same for children that exist for certain, in fewer operations
+                k = first_lane(mask)
+                mask &= mask - 1
+                child, t = self.children[node, k], t_near[k]
+                is_nearer = t < nearest_t
+                waiting[top] = ti.select(is_nearer, nearest, child)
+                waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                top += 1
+                nearest = ti.select(is_nearer, child, nearest)
+                nearest_t = ti.select(is_nearer, t, nearest_t)
+        return nearest, top
+
+    @ti.func
+    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best):
+        """(the last waiting reference that is met before ``best``, or ``NOTHING``; the new top of the stack)."""
+        following = NOTHING
+        while following == NOTHING and top > 0:
+            top -= 1
+            if waiting_t[top] <= best:
+                following = waiting[top]
+        return following, top
+
+    @in_kernels
+    def near_and_far_plane(self, node, axis, is_forward):
+        """The planes of the eight boxes of a node, along an axis, through which rays enter and leave."""
+        places = ti.select(is_forward, axis, axis + 3), ti.select(is_forward, axis + 3, axis)
+        corner, step = (variable(element(element(field, node), axis)) for field in (self.corner, self.step))
+        near, far = (ti.cast(element(self.numbers, node, place), float) for place in places)
+        return variable(corner + near * step), variable(corner + far * step)
+
+    @ti.func
+    @in_own_block(2)
+    def met_children(self, bounds, node, t_min, t_max):
+        """(t where the ray enters each of the eight boxes of a node, ``lanes_of`` the boxes that it meets).
+
+        For each box, the arithmetic is that of ``box_interval``. If a box is not met, its t has no meaning.
+        """
+        t_near, t_far = ti.Vector([t_min] * WIDTH), ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            is_forward = bounds.inverse[k] >= 0
+            near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
+            near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+        return t_near, lanes_of(t_near <= t_far)
+
+    @property
+    def solves_blocks(self) -> bool:
+        """Whether the triangles of a block are solved at once."""
+        return self.blocks.has_distances and self.is_plain_geometry
+
+    @ti.func
+    def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place):
+        """The nearest hit in a leaf, if it is nearer than the best one so far, which is given; otherwise that one."""
+        first, count = leaf_range(reference)
+        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+            if ti.static(self.solves_blocks):
+                u_edge, v_edge, w_edge = self.blocks.edges(aim, block)
+                mask = lanes_of(may_be_inside(u_edge, v_edge, w_edge))
+                if mask != 0:
+                    distances = self.blocks.distances(ray, bounds, aim, block)
+                    while mask != 0:
+                        lane = first_lane(mask)
+                        place = (block << BLOCK_BITS) + lane
+                        mask &= mask - 1
+                        primitive_id, t = self.blocks.primitive(place), distances[lane]
+                        t, u, v, w = self.solved(ray, aim, place, u_edge[lane], v_edge[lane], w_edge[lane], t)
+                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                            total = u + v + w
+                            best, best_id, best_u, best_v, best_place = t, primitive_id, v / total, w / total, place
+            else:
+                used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+                mask = self.blocks.candidates(ray, aim, block, used)
+                while mask != 0:
+                    place = (block << BLOCK_BITS) + first_lane(mask)
+                    mask &= mask - 1
+                    t, u, v, primitive_id = self.try_at(place, ray, bounds, aim, t_min)
+                    if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                        best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
+        return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def solved(self, ray, aim, place, u, v, w, t):
+        """(t, u, v, w) of the triangle at a place, from what its block found; t is −∞ for a miss.
+
+        Args:
+            u, v, w: its edge functions, which ``may_be_inside``. Where one is 0, the exact ones are returned.
+        """
+        if u == 0 or v == 0 or w == 0:
+            u, v, w = self.blocks.exact_edges(aim, place)
+            if not is_inside(u, v, w):
+                t = -tm.inf
+        return t, u, v, w
+
+    @ti.func
+    def try_at(self, place, ray, bounds, aim, t_min):
+        """(t, u, v, number) of the primitive at a place; t is −∞ for a miss."""
+        primitive_id = self.blocks.primitive(place)
+        v0, v1, v2 = self.blocks.triangle(place)
+        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
+        return t, u, v, primitive_id
+
+    @ti.func
+    def blocks_in_leaf(self, reference, ray, bounds, aim, t_min, t_max):
+        """Whether a leaf has a hit with t_min < t < t_max."""
+        blocked = False
+        first, count = leaf_range(reference)
+        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+            if ti.static(self.solves_blocks):
+                u, v, w = self.blocks.edges(aim, block)
+                may_hit = may_be_inside(u, v, w)
+                if lanes_of(may_hit) != 0:
+                    t = self.blocks.distances(ray, bounds, aim, block)
+                    mask = lanes_of(may_hit & (t_min < t) & (t < t_max))
+                    while mask != 0:
+                        lane = first_lane(mask)
+                        mask &= mask - 1
+                        place = (block << BLOCK_BITS) + lane
+                        found, _, _, _ = self.solved(ray, aim, place, u[lane], v[lane], w[lane], t[lane])
+                        if found > -tm.inf:
+                            blocked = True
+                            mask = 0
+            else:
+                used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+                mask = self.blocks.candidates(ray, aim, block, used)
+                while mask != 0:
+                    place = (block << BLOCK_BITS) + first_lane(mask)
+                    mask &= mask - 1
+                    t, _, _, _ = self.try_at(place, ray, bounds, aim, t_min)
+                    if t_min < t and t < t_max:
+                        blocked = True
+                        mask = 0
+        return blocked
+
+    @ti.func
+    def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
+        """(t, u, v) on the triangle with the given vertices, or on the sphere with this number; t is −∞ for a miss."""
+        t, u, v = -tm.inf, 0.0, 0.0
+        if ti.static(not self.geometry.effects.spheres):
+            t, u, v = self.try_corners(ray, bounds, primitive_id, v0, v1, v2)
+        else:
+            index = self.geometry.primitives[primitive_id]
+            if index < 0:
+                t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
+            else:
+                t, u, v = self.try_corners(ray, bounds, index, v0, v1, v2)
+        return t, u, v
+
+    @ti.func
+    def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
+        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes."""
+        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
+        t = -tm.inf
+        if is_inside and det != 0:
+            t = within_box(bounds, distance, v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                t = -tm.inf
+        if ti.static(self.geometry.effects.holes):
+            if t > -tm.inf:
+                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
+                    t = -tm.inf
+        return t, u, v
