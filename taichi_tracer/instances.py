@@ -29,16 +29,13 @@ from taichi_tracer.system.errors import InputError, one_of
 
 CHOICES = ("auto", "shared", "copied")
 GROUND_SIZE, GAP = 20.0, 1e-4  # half of the side of a ground, and how far it lies under the mesh, in its diameters
-# Copies of all objects together may have so many primitives more than the objects: this is 20 MB, and a scene without
-# instances has packets and tiles.
-FEW_COPIES = 100_000
-MOST_COPIES = 20_000_000  # as many as docs/speed.md measures: copies must not fill the memory
+# Copies of all objects together may have so many primitives more than the objects: this is 260 MB, and the rays of a
+# scene without instances are faster.
+FEW_COPIES = 2_000_000
+MOST_COPIES = 20_000_000  # copies must not fill the memory
 MOST_PLACES = 10_000_000
 MOST_IDS = 2**31 - 1
 MOST_RUNS = 256  # of copies between objects that are shared; with more, all copies come first
-# Of a scene with small triangles and no normals: what a place costs, and what a primitive costs. They decide whether a
-# group that stands in several places is one object, or its members have places of their own.
-BYTES_OF_PLACE, BYTES_OF_PRIMITIVE = 250, 130
 MOST_LEVELS = 64  # of groups in groups
 # |M| |M⁻¹| of a transform that squeezes more is near that of a plane: its inverse in f32 would be noise.
 MOST_SQUEEZED = 1e5
@@ -181,16 +178,16 @@ def settled(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> M
         raise one_of("instances", choice, CHOICES)
     if not mesh.instances:
         return smoothed(mesh, smooth)
-    _measure(mesh, (mesh,), {})
+    counts = _count_places(mesh, (mesh,), {})
     distinct = meshes_within(mesh)
     for one in distinct:
         check(one)
     notes = [note for one in distinct for note in one.notes]
     if any(one.lights for one in distinct if one is not mesh):
         notes.append(f"{mesh.source}: lights in files of meshes that stand in several places are left out")
-    tree = _merged(mesh, smooth)
-    places = list(_places(tree, np.eye(4)[None], np.zeros(1, np.int64), _measure(tree, (tree,), {})))
-    objects, materials = with_common_materials(list({id(one): one for one, *_ in places}.values()))
+    places = list(_places(mesh, np.eye(4)[None], np.zeros(1, np.int64), counts))
+    standing = {id(one): smoothed(one, smooth) for one, *_ in places}
+    objects, materials = with_common_materials(list(standing.values()))
     number = {key: k for k, key in enumerate({id(one): one for one, *_ in places})}
     order = np.argsort(np.concatenate([np.zeros(0, np.int64), *(at for *_, at in places)]))
     object_of = np.concatenate([np.zeros(0, int), *(np.full(len(m), number[id(one)]) for one, m, _ in places)])[order]
@@ -235,23 +232,13 @@ def _with_copies(
     return whole
 
 
-@dataclass(frozen=True)
-class _Extent:
-    """What stands in a group and in everything in it: primitives, and places of meshes with primitives.
+def _count_places(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, tuple[int, int]]) -> dict[int, tuple[int, int]]:
+    """For each mesh of a group, by identity: the places of meshes with primitives in it, and its levels of groups.
 
-    ``is_special``: whether there are spheres, which may become ellipsoids, or what emits light. levels: of groups.
+    Raises:
+        InputError: a group contains itself, or is too large.
     """
-
-    primitives: int
-    places: int
-    is_special: bool
-    levels: int
-
-
-def _measure(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, _Extent]) -> dict[int, _Extent]:
-    """The extent of a group and of all in it, by identity; an InputError if it contains itself or is too large."""
-    primitives, places, levels = mesh.num_primitives, int(mesh.num_primitives > 0), 1
-    is_special = len(mesh.spheres) > 0 or (primitives > 0 and bool(mesh.emits().any()))
+    places, levels = int(mesh.num_primitives > 0), 1
     for one in mesh.instances:
         way = " → ".join(part.source for part in (*path, one.mesh))
         if any(part is one.mesh for part in path):
@@ -259,40 +246,18 @@ def _measure(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, _Extent]) -> d
         if len(path) >= MOST_LEVELS:
             raise InputError(f"groups are nested more than {MOST_LEVELS} deep: {way}")
         if id(one.mesh) not in known:
-            _measure(one.mesh, (*path, one.mesh), known)
-        inner, count = known[id(one.mesh)], len(one.matrices)
-        primitives, places = primitives + count * inner.primitives, places + count * inner.places
-        is_special, levels = is_special or inner.is_special, max(levels, 1 + inner.levels)
+            _count_places(one.mesh, (*path, one.mesh), known)
+        inner, levels_below = known[id(one.mesh)]
+        places, levels = places + len(one.matrices) * inner, max(levels, 1 + levels_below)
         if places > MOST_PLACES or levels > MOST_LEVELS:
             told = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
             raise InputError(f"{way}: {told}")
-    known[id(mesh)] = _Extent(primitives, places, is_special, levels)
+    known[id(mesh)] = places, levels
     return known
 
 
-def _merged(mesh: Mesh, smooth: bool | float) -> Mesh:
-    """The same group, smoothed, in which every inner group is one mesh if this takes less memory than its places."""
-    extents, within = _measure(mesh, (mesh,), {}), meshes_within(mesh)
-    times = {id(mesh): 1}
-    for one in reversed(within):  # those outside come first
-        for inner in one.instances:
-            times[id(inner.mesh)] = times.get(id(inner.mesh), 0) + times[id(one)] * len(inner.matrices)
-    made: dict[int, tuple[Mesh, int]] = {}  # and the bytes
-    for one in within:
-        extent, size = extents[id(one)], BYTES_OF_PRIMITIVE * one.num_primitives
-        inner_ones = [Instances(made[id(inner.mesh)][0], inner.matrices) for inner in one.instances]
-        own = replace(smoothed(one, smooth), instances=inner_ones)
-        for inner in one.instances:
-            size += BYTES_OF_PLACE * times[id(one)] * len(inner.matrices) + made[id(inner.mesh)][1]
-        flat = BYTES_OF_PRIMITIVE * extent.primitives
-        if one is not mesh and one.instances and flat < size and not extent.is_special:
-            own, size = settled(own, choice="copied"), flat
-        made[id(one)] = own, size
-    return made[id(mesh)][0]
-
-
 def _places(
-    mesh: Mesh, matrices: np.ndarray, at: np.ndarray, extents: dict[int, _Extent]
+    mesh: Mesh, matrices: np.ndarray, at: np.ndarray, counts: dict[int, tuple[int, int]]
 ) -> Iterator[tuple[Mesh, np.ndarray, np.ndarray]]:
     """For each mesh with primitives in a group: (it, the (n, 4, 4) transforms to its places, their numbers in order).
 
@@ -303,9 +268,9 @@ def _places(
         yield mesh, matrices, at
     at = at + int(mesh.num_primitives > 0)
     for one in mesh.instances:
-        size, count = extents[id(one.mesh)].places, len(one.matrices)
+        size, count = counts[id(one.mesh)][0], len(one.matrices)
         every = (matrices[:, None] @ one.matrices[None]).reshape(-1, 4, 4)
-        yield from _places(one.mesh, every, (at[:, None] + size * np.arange(count)).reshape(-1), extents)
+        yield from _places(one.mesh, every, (at[:, None] + size * np.arange(count)).reshape(-1), counts)
         at = at + size * count
 
 

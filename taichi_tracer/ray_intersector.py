@@ -1,6 +1,6 @@
 """What does the ray hit? A test of one triangle, and a search for the nearest hit that tries every triangle.
 
-This is the plain form, which a student reads and replaces. ``intersect_triangle`` decides what a hit is, and
+A student reads and replaces this file. ``intersect_triangle`` decides what a hit is, and
 ``query_ray`` finds the nearest hit. All other methods follow from these two. If you replace one of the two, you change
 every picture and every answer of the scene. A hierarchy (``intersectors``) overrides only ``search``: it decides in
 which order the primitives are tried, and which primitives need not be tried at all.
@@ -136,7 +136,7 @@ class RayIntersector:
 
     @ti.func
     def intersect_primitive(self, ray, primitive_id, t_min):
-        """HitData of one primitive. Only here does the plain form distinguish triangles from spheres."""
+        """HitData of one primitive. Only here are triangles and spheres distinguished."""
         hit, index = no_hit(), primitive_id
         if ti.static(self.geometry.effects.spheres):
             index = self.geometry.primitives[primitive_id]

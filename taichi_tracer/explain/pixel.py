@@ -29,7 +29,7 @@ class PixelExplainer:
 
     Args:
         renderer: whose pixels are explained.
-        parts: what its samples are made of, a ``picture.sample_parts.SampleParts`` whose eye rays have the plain form.
+        parts: what its samples are made of, ``SampleParts``.
     """
 
     def __init__(self, renderer: Any, parts: Any) -> None:

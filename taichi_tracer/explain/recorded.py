@@ -143,7 +143,7 @@ def noted_search(log: Log) -> dict[str, Observer]:
         log.note("a box is tried", is_limited=True, node=node, is_met=t_near <= t_far, t_near=t_near, t_far=t_far)
 
     def tried_corners(part, result, ray, bounds, triangle_id, *corners):
-        """``try_corners`` of the fast forms."""
+        """``try_corners`` of a wide hierarchy."""
         note_triangle(log, part, ray, triangle_id, corners, result[0])
 
     def tried_solved(part, result, ray, aim, place, *numbers):
@@ -151,7 +151,7 @@ def noted_search(log: Log) -> dict[str, Observer]:
         note_triangle(log, part, ray, part.blocks.primitive(place), part.blocks.triangle(place), result[0])
 
     def tried_hit(part, result, ray, triangle_id, t_min):
-        """``triangle_hit`` of the plain form."""
+        """``triangle_hit``."""
         note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
 
     def tried_sphere(part, t, ray, bounds, sphere_id, t_min):

@@ -18,7 +18,7 @@ from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
-# Methods of an intersector that enter a node or try a box; those of the plain and of the fast forms that try a triangle
+# Methods of an intersector that enter a node or try a box; those that try a triangle
 # or a sphere; and methods of a surface to one of which each direction that is sampled goes.
 ENTERING, TRYING = ("met_children", "node_interval"), ("intersect_primitive", "try_corners", "solved")
 SCATTERING = "eval_cosine", "weight"
@@ -147,7 +147,7 @@ def trying(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> A
 
 
 def trying_sphere(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> Any:
-    """A sphere is tried; the plain form counts it as a primitive."""
+    """A sphere is tried; ``intersect_primitive`` counts it already, where it is asked."""
     if hasattr(intersector, TRYING[1]):
         tally.primitive()
     return attempt(*of)

@@ -5,6 +5,7 @@ Karras & Laine, "Efficient incoherent ray traversal on GPUs through compressed w
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -105,7 +106,7 @@ def empty_tree(dtype: type) -> WideTree:
     return _single_leaf(0, 0, dtype)
 
 
-def _single_leaf(begin: int, end: int, dtype: type) -> WideTree:
+def _single_leaf(begin: int, end: int, dtype: Any) -> WideTree:
     root = int(leaf_reference(np.int64(begin), np.int64(end)))
     cost = float(-(-(end - begin) // BLOCK))
     return WideTree(np.zeros((1, 6, WIDTH), dtype), np.full((1, WIDTH), ABSENT, np.int32), root, 1, 1, cost)
@@ -117,7 +118,9 @@ def collapse(tree: BinaryTree) -> WideTree:
     if plan.is_leaf[0]:
         return _single_leaf(int(tree.begin[0]), int(tree.end[0]), tree.box.dtype)
 
-    members_of, inner_of, children_of = [], [], []
+    members_of: list[np.ndarray] = []
+    inner_of: list[np.ndarray] = []
+    children_of: list[np.ndarray] = []
     level, first_of_next = np.array([0]), 1
     while len(level) > 0:
         members = plan.members(level)

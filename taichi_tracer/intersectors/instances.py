@@ -25,7 +25,7 @@ FEW_CORNERS = 1_000_000  # that are transformed at once
 
 @ti.data_oriented
 class InPlaces:
-    """What a primitive is in its place: methods of an intersector, plain or fast, of a scene with ``places``."""
+    """What a primitive is in its place: methods of an intersector of a scene with ``places``."""
 
     @ti.func
     def bounds_in(self, place, ray):

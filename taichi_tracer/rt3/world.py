@@ -21,7 +21,7 @@ MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "pho
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
-MOST_PRIMITIVES = 20_000_000  # as many as docs/speed.md measures: a document must not fill the memory by a repetition
+MOST_PRIMITIVES = 20_000_000  # a document must not fill the memory by a repetition
 MOST_SAVED = 10_000  # states on the stack
 IDENTITY = np.eye(4)
 

@@ -1,9 +1,7 @@
 """Seams: methods that a student may replace. Which of them were replaced, and how they are called by their signature.
 
-The package contains fast forms that compute the same values as the plain methods of the handouts. If a student replaces
-a plain method, in a subclass or by an assignment to the class, the student's code must run. Therefore a fast form may
-run only as long as the plain methods for which it stands in are unchanged. ``replaced`` answers this question for every
-part.
+If a student replaces a method of the handouts, in a subclass or by an assignment to the class, the student's code must
+run. ``replaced`` says for every part which methods these are.
 """
 
 import functools

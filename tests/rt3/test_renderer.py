@@ -42,7 +42,7 @@ def test_the_question_of_the_three_spheres_has_its_answer():
     scene = tt.load_scene_data("rt3/three_spheres")
     renderer = renderer_of(scene)
     renderer.image()
-    ids = renderer.eye_rays.to_image("triangle_id")
+    ids = renderer.aov("triangle_id")
     assert set(np.unique(ids)) == {-1, 0, 2}
     scale = renderer.width / 10.6
     assert (ids == 0).sum() / scale**2 == pytest.approx(4 * np.pi, rel=1e-2)

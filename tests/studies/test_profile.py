@@ -1,11 +1,12 @@
 """The rows of a profile add up, and nothing is shown that was not measured."""
 
+import numpy as np
 import pytest
 
-from taichi_tracer.studies.profile import FILM_TAKES, RAYS, SHADING, Profile, as_page, described
+from taichi_tracer.studies.profile import EYE_RAYS, FILM_TAKES, RAYS, SHADING, Profile, as_page, described
 from taichi_tracer.studies.sample_times import PixelRays, SampleTimes
 from taichi_tracer.system.compiling import Kernel
-from taichi_tracer.system.stopwatch import EYE_RAYS, IMPORTS, OTHER, SAMPLES, STAGES, Stopwatch
+from taichi_tracer.system.stopwatch import IMPORTS, OTHER, SAMPLES, STAGES, Stopwatch
 
 PARTED = SampleTimes(
     whole=0.08,
@@ -21,20 +22,24 @@ PARTED = SampleTimes(
 
 @pytest.fixture
 def profile():
-    """Ten seconds, of which four went into samples."""
+    """Ten seconds, of which seven went into samples."""
     watch = Stopwatch(0.0, IMPORTS)
-    watch.seconds = dict.fromkeys(STAGES, 0.0) | {IMPORTS: 2.0, EYE_RAYS: 3.0, SAMPLES: 4.0, OTHER: 1.0}
+    watch.seconds = dict.fromkeys(STAGES, 0.0) | {IMPORTS: 2.0, SAMPLES: 7.0, OTHER: 1.0}
     watch._since = 10.0
     kernels = [Kernel("_take_samples", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
-    return Profile("box", watch, kernels, PARTED, passes=8, eye_passes=8)
+    return Profile("box", watch, kernels, PARTED, passes=8)
 
 
 def test_the_samples_are_divided_as_they_were_measured(profile):
     rows = dict(profile.rows())
-    assert (rows[SHADING], rows[RAYS], rows[FILM_TAKES]) == pytest.approx((1.5, 2.0, 0.5))
+    shares = np.array([PARTED.eye, PARTED.shading, PARTED.rays, PARTED.film])
+    assert [rows[name] for name in (EYE_RAYS, SHADING, RAYS, FILM_TAKES)] == pytest.approx(7 * shares / shares.sum())
     assert SAMPLES not in rows
     assert sum(rows.values()) == pytest.approx(profile.total)
-    assert profile.rays() == [("eye rays", 800, 3.0), ("shadow rays and further rays", 600, pytest.approx(2.0))]
+    assert profile.rays() == [
+        ("eye rays", 800, rows[EYE_RAYS]),
+        ("shadow rays and further rays", 600, rows[RAYS]),
+    ]
 
 
 def test_the_text_and_the_page_have_every_row(profile):

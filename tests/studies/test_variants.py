@@ -15,13 +15,12 @@ def test_plans():
         "mis, niederreiter, moller_trumbore",
         "mis, niederreiter, bilinear",
         "mis, niederreiter, adaptive",
-        "mis, niederreiter, plain forms",
     ]
     everything = variants.plan(every=True)
     assert len(everything) == len(set(everything)) == 8 * 3 * 2**5
     with pytest.raises(tt.InputError, match="unknown sampler 'halton'"):
         variants.plan(samplers=("halton",))
-    with pytest.raises(tt.InputError, match="unknown form 'simple'"):
+    with pytest.raises(tt.InputError, match="unknown lookup 'simple'"):
         variants.plan(lookups=("simple",))
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system import stopwatch
-from taichi_tracer.system.stopwatch import BUILD, EYE_RAYS, IMPORTS, OTHER, READ, STAGES, stage
+from taichi_tracer.system.stopwatch import BUILD, IMPORTS, OTHER, READ, SAMPLES, STAGES, stage
 
 
 @pytest.fixture
@@ -27,4 +27,4 @@ def test_an_inner_part_does_not_count_for_the_outer_one(clock):
     stopwatch.stop()
     assert watch.seconds == dict.fromkeys(STAGES, 0.0) | {IMPORTS: 1.5, READ: 1.5, BUILD: 2.0, OTHER: 4.0}
     assert sum(watch.seconds.values()) == watch.total == 9.0
-    assert (watch.times[READ], watch.times[BUILD], watch.times[EYE_RAYS]) == (1, 1, 0)
+    assert (watch.times[READ], watch.times[BUILD], watch.times[SAMPLES]) == (1, 1, 0)
