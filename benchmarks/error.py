@@ -16,7 +16,6 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.samplers import SPHERES_VIEW, three_spheres
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.exact_sums import two_sum
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.metrics import relative_rmse
 
@@ -286,17 +285,13 @@ def prediction() -> str:
 
 @ti.data_oriented
 class PlainFilm(Film):
-    """A film that only adds up the samples in one compensated sum, without anything for the error."""
+    """A film that only adds up the samples, without anything for the error."""
 
     @ti.func
     def add(self, x, y, value, sample):
         """Add one sample to a pixel."""
-        total, lost = two_sum(self.total[x, y, 0], value)
-        total, rest = two_sum(total, self.rest[x, y, 0] + lost)
-        self.total[x, y, 0], self.rest[x, y, 0] = total, rest
-        n = self.count[x, y] + 1
-        self.count[x, y] = n
-        self.canvas[x, y] = total / n
+        self.total[x, y, 0] = self.total[x, y, 0] + value
+        self.half_count[x, y, 0] = self.half_count[x, y, 0] + 1
 
 
 def bookkeeping() -> str:

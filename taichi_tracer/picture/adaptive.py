@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.picture.pixel_groups import GROUP
 from taichi_tracer.system import memory
 
+GROUP = 4  # pixels along each side of a group, which have one share
 SHARE_BITS = 15
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
 PILOT = 8  # samples per pixel in the pilot
@@ -45,7 +45,7 @@ QUIET = 1e-3  # times the mean variance: a group below this counts as free of no
 class Shares:
     """The share of the passes in which each pixel takes a sample, in units of 1/``WHOLE``.
 
-    The pixels of a group, see ``pixel_groups``, have the same share.
+    The pixels of a group have the same share.
 
     Args:
         width, height: size of the picture in pixels.

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
-from taichi_tracer.picture.film_arrays import check_kind
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
@@ -69,7 +68,7 @@ def load(renderer, path: str | Path) -> None:
     check_same(path, facts, "this picture", json.loads(json.dumps(renderer.facts())))
     if len(ranges) != 1 or ranges[0][0] != renderer.first_sample:
         raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {renderer.first_sample} on")
-    check_kind(renderer.film, arrays, path)
+    renderer.film.check_arrays(arrays, path)
     renderer.begin()
     if SHARES in arrays and renderer.shares.are_kept:
         renderer.shares.set(arrays[SHARES])

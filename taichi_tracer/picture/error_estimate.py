@@ -57,8 +57,6 @@ interval is √((e F)² + unseen²), before it is divided.
 import math
 
 import numpy as np
-import taichi as ti
-import taichi.math as tm
 
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
@@ -73,52 +71,13 @@ STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
-# Kernels compute standard errors, and only numpy squares them, in f64: in f32, the square of 1e-30 is 0, so that the
-# picture of a dim lamp would seem to have no error, and the square of 1e30 is infinite.
-
-
-@ti.func
-def error_from_deviation(deviation, scale, n):
-    """Standard error s/√n of the mean of n independent samples; it is NaN for fewer than two samples.
-
-    Args:
-        deviation: the sum of their squared deviations from the mean, each multiplied by ``scale`` before it is squared.
-    """
-    squares = ti.max(deviation, 0.0)  # rounding can make the sum for samples that are all alike negative
-    return tm.sqrt(squares) / tm.sqrt(ti.cast(n, float) * (n - 1)) / scale
-
-
-@ti.func
-def error_from_halves(total_even, n_even, total_odd, n_odd):
-    """Standard error of the mean of two independent halves, from the sum and the number of the samples of each.
-
-    If a half of n_i samples has the variance σ²/n_i, then the squared difference of the two means has the expectation
-    σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves the standard
-    error is half of the difference. It is not finite if a half has no samples.
-    """
-    n = n_even + n_odd
-    difference = total_even / n_even - total_odd / n_odd
-    return abs(difference) * tm.sqrt(ti.cast(n_even, float) * n_odd) / n
-
-
-@ti.func
-def error_of_sequence(before, total_first, n_first, total_others, n_others):
-    """Standard error of the mean of one sequence; see above.
-
-    Args:
-        before: the mean of the first half of the first samples.
-        total_first, n_first: sum and number of the first 2^m samples. total_others, n_others: of those after them.
-    """
-    e = error_from_halves(total_first, n_first, total_others, n_others)
-    is_from_power = n_first & POWERS_OF_4 != 0
-    if n_others * FEW_OTHERS < n_first:
-        e = abs(total_first / n_first - before)
-        is_from_power = not is_from_power
-    return ti.select(is_from_power, FROM_POWER_OF_4, TO_POWER_OF_4) * e
-
-
 def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``error_of_sequence`` of every pixel; not finite where it has fewer than two samples."""
+    """Standard errors of the means of one sequence, see above; not finite where a pixel has fewer than two samples.
+
+    Args:
+        before: (w, h, 3) the mean of the first half of the first samples.
+        total, counts: (w, h, 2, 3) and (w, h, 2), sum and number of the first 2^m samples, and of those after them.
+    """
     errors, (n_first, n_others) = errors_from_halves(total, counts), np.moveaxis(counts, 2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         of_doubling = abs(total[:, :, 0] / n_first[..., None].astype(total.dtype) - before)
@@ -129,41 +88,23 @@ def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray
 
 
 def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``error_from_halves`` of every pixel; not finite where a half has no samples."""
+    """Standard errors of the means of two independent halves, of their sums and numbers; not finite if one is empty.
+
+    If a half of n_i samples has the variance σ²/n_i, then the squared difference of the two means has the expectation
+    σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves the standard
+    error is half of the difference.
+    """
     n_even, n_odd = (counts[:, :, half, None].astype(total.dtype) for half in range(2))
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = total[:, :, 0] / n_even - total[:, :, 1] / n_odd
         return abs(difference) * np.sqrt(n_even * n_odd) / (n_even + n_odd)
 
 
-def errors_from_deviations(deviation: np.ndarray, scale: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``error_from_deviation`` of every pixel; not finite where it has fewer than two samples."""
-    n = count[..., None].astype(deviation.dtype)
+def errors_from_deviations(deviation: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """(w, h, 3) standard errors s/√n of means of n samples, from sums of squared deviations; NaN for n < 2."""
+    n = count[..., None].astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.sqrt(np.maximum(deviation, 0)) / np.sqrt(n * (n - 1)) / scale[..., None]
-
-
-# The squares of scaled deviations between these two limits, and the sum of 2^27 of them, are normal numbers of f32.
-SMALLEST_SCALED, LARGEST_SCALED = 2.0**-50, 2.0**50
-SCALE_STEP = 2.0**60  # a power of two, so that scaling rounds nothing
-
-
-@ti.func
-def scale_for(scale, deviation, is_first):
-    """The scale with which a deviation can be squared: the present one, or another one where that is out of range.
-
-    It is 1 unless light is dimmer than 1e-15 or brighter than 1e15. A smaller scale is always taken where the deviation
-    asks for it, since what was added up before is negligible then; a larger one, only for the first deviation.
-    """
-    scaled = deviation * scale
-    while scaled > LARGEST_SCALED:
-        scale /= SCALE_STEP
-        scaled /= SCALE_STEP
-    if is_first:
-        while 0 < scaled < SMALLEST_SCALED:
-            scale *= SCALE_STEP
-            scaled *= SCALE_STEP
-    return scale
+        return np.sqrt(np.maximum(deviation, 0) / (n * (n - 1)))
 
 
 class RelativeError(float):

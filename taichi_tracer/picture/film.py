@@ -1,31 +1,46 @@
 """The film: it adds up the samples of every pixel, shows their mean, and keeps what is needed to estimate its error."""
 
 import math
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.picture.error_estimate import RelativeError, relative_error, scale_for
-from taichi_tracer.picture.exact_sums import exact_means
-from taichi_tracer.picture.film_arrays import arrays_of, restore
-from taichi_tracer.picture.film_spread import Spread, spread_of
-from taichi_tracer.picture.merging import merge
+from taichi_tracer.picture.error_estimate import (
+    RelativeError,
+    errors_from_deviations,
+    errors_from_halves,
+    errors_of_sequence,
+    relative_error,
+)
 from taichi_tracer.picture.non_finite import NonFiniteSamples
-from taichi_tracer.picture.pixel_groups import upright
-from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
-from taichi_tracer.system import memory
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.unseen_light import UnseenLight
 
-# Pixels up to which numpy reads the film: it takes less than 2 ms for them, and a kernel 0.1 s to translate and load.
-FEW_PIXELS = 128 * 128
+SUMS = ("total", "lost", "deviation", "largest", "before", "half_count")  # the names of the fields of sums
+
+
+class Spread(NamedTuple):
+    """What is known of the spread of a film's samples, of every pixel, top row first.
+
+    Attributes:
+        errors: (height, width, 3) float64, the standard error of the mean; NaN where it is unknown.
+        groups: (height, width) the number of independent groups of samples from which it was estimated.
+        counts: (height, width) the number of samples.
+    """
+
+    errors: np.ndarray
+    groups: np.ndarray
+    counts: np.ndarray
 
 
 @ti.data_oriented
-class Film(PixelSums):
+class Film:
     """The samples of a picture, added up for every pixel.
 
     Kernels name a pixel [x, y], with y up. Images that leave the film have their top row first.
@@ -36,6 +51,8 @@ class Film(PixelSums):
     the first 2^m samples, where 2^m is the largest power of two below their number, and half 1 has the others.
     Independent samples need no second half: all of them belong to half 0.
 
+    Sums are in f64. A backend without f64 keeps beside each sum what its additions rounded off.
+
     Args:
         width, height: size in pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
@@ -43,18 +60,13 @@ class Film(PixelSums):
         replicated: whether the samples of even and of odd index are two independent replicas.
         doubles: whether all samples are one sequence, whose error is told by its change when their number doubles.
         keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
-        averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
+        averages: whether pixels take samples; if not, all values come from ``put``, and there are no sums.
 
-    Attributes (``count``, ``half_count``, ``total``, ``rest`` and ``largest`` are ``PixelGroups``, the others fields):
+    Attributes:
         canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
-        count: [x, y] the number of samples.
         half_count: [x, y, half] the number of samples of each half.
-        total, rest, residue: [x, y, half] the sum of the samples of each half is total + rest + residue, which together
-            are exact to three times the precision: see ``exact_total``. The residue is what total and rest cannot hold;
-            mostly, it is 0.
+        total: [x, y, half] the sum of the samples of each half. lost: what it rounded off; only without f64.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
-        scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
-            another power of two, because the squares would be 0 or infinite in f32.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
@@ -80,27 +92,40 @@ class Film(PixelSums):
             )
         self.ranges = varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1
-        self.doubles = doubles
+        self.doubles, self.averages = doubles, averages
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
-        self.averages = averages
+        self.compensates = not runtime.has_f64()
         self.samples = 0
         self.unseen = UnseenLight()
-
         self.memory = memory.Memory()
         self._place_fields()
         self.memory.allocate()
-        if self.keeps_deviation:
-            self.clear()  # fields begin with 0, and the scale is 1
 
     def _place_fields(self) -> None:
         fields, shape = self.memory.fields, (self.width, self.height)
         self.canvas = ti.Vector.field(3, float)
-        fields.dense(ti.ij, shape).place(self.canvas)  # separate from the sums, because windows read it directly
-        if self.keeps_deviation:
-            self.deviation, self.scale = ti.Vector.field(3, float), ti.field(float)
-            fields.dense(ti.ij, shape).place(self.deviation, self.scale)
-        self.place_sums()
+        fields.dense(ti.ij, shape).place(self.canvas)  # apart, because windows read it directly
         self.non_finites = NonFiniteSamples(self.memory)
+        if not self.averages:
+            return
+        real = float if self.compensates else ti.f64
+        pixel = fields.dense(ti.ij, shape)
+        if self.keeps_deviation:
+            self.deviation = ti.Vector.field(3, real)
+            pixel.place(self.deviation)
+        if self.halves == 2:
+            self.largest = ti.field(float)
+            pixel.place(self.largest)
+        if self.doubles:
+            self.before = ti.Vector.field(3, real)
+            pixel.place(self.before)
+        # A pass over all pixels writes to one half: the halves lie apart, so that it leaves the other's memory alone.
+        half = fields.dense(ti.k, self.halves).dense(ti.ij, shape)
+        self.half_count, self.total = ti.field(ti.i32), ti.Vector.field(3, real)
+        half.place(self.half_count, self.total)
+        if self.compensates:
+            self.lost = ti.Vector.field(3, real)
+            half.place(self.lost)
 
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
@@ -109,38 +134,17 @@ class Film(PixelSums):
     def reset(self) -> None:
         """Forget every sample. The canvas keeps its last picture until the next sample."""
         self.check_alive()
-        if self.averages:
-            self.clear()
-        elif self.samples > 0:
-            self.non_finites.clear()
+        for field in self._sums().values():
+            self.memory.clear(field)
+        self.non_finites.clear()
         self.samples = 0
         self.unseen.reset()
 
-    def clear(self) -> None:
-        """Set all sums to those of no samples."""
-        if not self.memory.has_arrays:
-            self._clear()
-            return
-        for field in (self.count.lanes[0], self.half_count.lanes[0], self.residue):
-            self.memory.clear(field)
-        if self.keeps_deviation:
-            self.memory.clear(self.deviation)
-            self.memory.write(self.scale, 1)
-        self.non_finites.clear()
+    def _sums(self) -> dict[str, ti.Field]:
+        """Name → field of the sums that this film has."""
+        return {name: getattr(self, name) for name in SUMS if hasattr(self, name)}
 
-    @ti.kernel
-    def _clear(self):
-        for x, y in self.canvas:
-            self.count.set_number(x, y, 0, 0)
-            if ti.static(self.keeps_deviation):
-                self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
-            if ti.static(self.halves == 2):
-                self.largest.set_number(x, y, 0, 0.0)
-            if ti.static(self.doubles):
-                self.before.set_colour(x, y, 0, tm.vec3(0))
-            for half in ti.static(range(self.halves)):
-                self.clear_half(x, y, half)
-        self.non_finites.number[None] = 0
+    # ── samples, in kernels ──
 
     @ti.func
     def record(self, x, y, value, sample):
@@ -171,42 +175,85 @@ class Film(PixelSums):
         """
         if is_finite(value):
             half = self.half_of(x, y, sample)
-            self.add_to_half(x, y, half, value)
-            self.count_in_half(x, y, half, 1)
-            if ti.static(self.halves == 2):
-                self.largest.set_number(x, y, 0, ti.max(self.largest.number(x, y, 0), mean_of_channels(value)))
             if ti.static(self.keeps_deviation):
-                mean_before, mean = self.canvas[x, y], self.mean(x, y)
-                self.canvas[x, y] = mean
-                if self.count.number(x, y, 0) > 1:
-                    self.add_deviation(x, y, value - mean_before, value - mean)  # Welford 1962
+                n = self.count(x, y)
+                if n > 0:  # Welford 1962: the square of the deviation from the mean before, times n / (n + 1)
+                    apart = value - self.mean(x, y)
+                    self.deviation[x, y] = self.deviation[x, y] + apart * apart * (ti.cast(n, float) / (n + 1))
+            self.add_to_half(x, y, half, value)
+            self.half_count[x, y, half] = self.half_count[x, y, half] + 1
+            if ti.static(self.halves == 2):
+                self.largest[x, y] = ti.max(self.largest[x, y], mean_of_channels(value))
         else:
             self.non_finites.locate(x, y, sample)
 
     @ti.func
-    def add_deviation(self, x, y, a, b):
-        """Add the product a b of two deviations of one sign, |a| ≥ |b|, to the squared deviations of a pixel."""
-        deviation, scale = self.deviation[x, y], self.scale[x, y]
-        wanted = scale_for(scale, abs(a).max(), deviation.max() == 0)
-        if wanted < scale:
-            deviation *= (wanted / scale) * (wanted / scale)
-        if wanted != scale:
-            self.scale[x, y] = wanted
-        self.deviation[x, y] = deviation + (a * wanted) * (b * wanted)
+    def add_to_half(self, x, y, half, value):
+        """Add a number to the sum of one half of a pixel; without f64, with what earlier additions lost."""
+        if ti.static(self.compensates):
+            self.total[x, y, half], self.lost[x, y, half] = two_sum(
+                self.total[x, y, half], value + self.lost[x, y, half]
+            )
+        else:
+            self.total[x, y, half] = self.total[x, y, half] + value
 
-    def merge(self, other: "Film") -> None:
-        """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
-        self.check_alive()
-        other.check_alive()
-        merge(self, other)
-        self.samples += other.samples
-        self.unseen.merge(other.unseen)
+    @ti.func
+    def half_of(self, x, y, sample):
+        """The half to which a sample is added."""
+        half = ti.cast(sample, ti.i32) & ti.static(self.halves - 1)
+        if ti.static(self.doubles):
+            first, others = self.half_count[x, y, 0], self.half_count[x, y, 1]
+            if others > 0 and (first + others) & (first + others - 1) == 0:  # half 1 becomes a part of half 0
+                self.before[x, y] = self.total[x, y, 0] / first
+                self.add_to_half(x, y, 0, self.total[x, y, 1])
+                self.total[x, y, 1] = 0 * self.total[x, y, 1]
+                if ti.static(self.compensates):
+                    self.lost[x, y, 0], self.lost[x, y, 1] = self.lost[x, y, 0] + self.lost[x, y, 1], tm.vec3(0)
+                self.half_count[x, y, 0], self.half_count[x, y, 1] = first + others, 0
+            half = ti.select(first > 0, 1, 0)
+        return half
 
-    def alike(self) -> "Film":
-        """An empty film of the same kind, whose samples this one can ``merge``."""
-        is_replicated = self.halves == 2 and not self.doubles
-        options = self.keeps_deviation, self.averages, self.doubles
-        return Film(self.width, self.height, self.crop, is_replicated, *options)
+    @ti.func
+    def count(self, x, y):
+        """The number of samples of a pixel."""
+        count = self.half_count[x, y, 0]
+        for half in ti.static(range(1, self.halves)):
+            count += self.half_count[x, y, half]
+        return count
+
+    @ti.func
+    def mean(self, x, y):
+        """The mean of all samples of a pixel; 0 if it has none."""
+        total = self.total[x, y, 0]
+        for half in ti.static(range(1, self.halves)):
+            total += self.total[x, y, half]
+        return total / ti.max(self.count(x, y), 1)
+
+    @ti.kernel
+    def _show_mean(self):
+        for x, y in self.canvas:
+            if self.count(x, y) > 0:
+                self.canvas[x, y] = ti.cast(self.mean(x, y), float)
+
+    def show(self) -> None:
+        """Bring the canvas up to date: ``add`` leaves it alone."""
+        if self.averages:
+            self._show_mean()
+
+    # ── the picture and its error ──
+
+    def counts(self) -> np.ndarray:
+        """[x, y] the number of samples of every pixel."""
+        return self.memory.read(self.half_count).sum(axis=2)
+
+    def _totals(self) -> np.ndarray:
+        """[x, y, half, channel] float64, the sum of the samples of each half."""
+        total = self.memory.read(self.total).astype(np.float64)
+        return total + self.memory.read(self.lost) if self.compensates else total
+
+    def _means(self) -> np.ndarray:
+        """[x, y, channel] float64, the mean of the samples of every pixel; 0 if it has none."""
+        return self._totals().sum(axis=2) / np.maximum(self.counts(), 1)[..., None]
 
     @property
     def non_finite(self) -> int:
@@ -222,38 +269,17 @@ class Film(PixelSums):
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
         self.check_alive()
-        if self.memory.has_arrays and not self.averages:
-            return upright(self.memory.array(self.canvas))
-        if self.is_read_by_numpy:
-            total, rest, count = self.total.read(self.memory), self.rest.read(self.memory), self.counts()
-            means = exact_means(total, rest, self.memory.array(self.residue), count, self.doubles)
-            return upright(np.where(count[..., None] > 0, means, self.memory.array(self.canvas)))
-        image = np.empty((self.height, self.width, 3), np.float32)
-        self._write_image(image)
-        return image
-
-    @property
-    def is_read_by_numpy(self) -> bool:
-        """Whether the picture is so small that numpy is done with it before a kernel is loaded."""
-        return self.memory.has_arrays and self.width * self.height <= FEW_PIXELS
-
-    @ti.kernel
-    def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
-        for row, column in ti.ndrange(self.height, self.width):
-            x, y = column, self.height - 1 - row
-            value = self.canvas[x, y]
-            if ti.static(self.averages):
-                if self.count.number(x, y, 0) > 0:
-                    value = self.exact_mean(x, y)
-            for k in ti.static(range(3)):
-                image[row, column, k] = value[k]
+        canvas = self.memory.read(self.canvas)
+        if not self.averages:
+            return upright(canvas)
+        return upright(np.where(self.counts()[..., None] > 0, self._means(), canvas))
 
     def half_images(self) -> tuple[np.ndarray, np.ndarray] | None:
         """(h, w, 3) float32, top row first: the means of two independent halves of the samples; None without them."""
         self.check_alive()
-        if self.halves == 1 or self.doubles:
+        if self.halves == 1 or self.doubles or not self.averages:
             return None
-        total, counts = self.total.read(self.memory), self.half_count.read(self.memory)[..., None]
+        total, counts = self._totals(), self.memory.read(self.half_count)[..., None]
         if not self.own_pixels(upright((counts > 0).all(axis=(2, 3)))).all():
             return None
         first, second = (upright(total[:, :, k] / np.maximum(counts[:, :, k], 1)) for k in range(2))
@@ -281,11 +307,10 @@ class Film(PixelSums):
         missed = math.hypot(missed, rare_light.missed(self.unseen.rare, self.samples, pixels, shares))
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
-        spread = self._spread()
+        spread = self.spread()
         share = self.share_of_largest(image, spread)
-        variance = np.square(spread.errors, dtype=np.float64)
         samples = float(spread.counts[spread.counts > 0].mean()) if self.doubles and spread.counts.any() else 0.0
-        return relative_error(variance, spread.groups, image, unseen, samples, share)
+        return relative_error(np.square(spread.errors), spread.groups, image, unseen, samples, share)
 
     def shares(self) -> np.ndarray | None:
         """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
@@ -305,32 +330,34 @@ class Film(PixelSums):
         """
         if self.halves == 1:
             return None
-        spread = self._spread() if spread is None else spread
+        spread = self.spread() if spread is None else spread
         mean = sum(image[..., k].astype(np.float64) for k in range(3)) / 3  # numpy is slow along an axis of three
-        above = spread.largest - mean
+        above = upright(self.memory.read(self.largest), np.float64) - mean
         return np.maximum(0, above) / np.maximum(spread.counts, 1)
 
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
-        return self.spread()[0]
+        return np.square(self.spread().errors)
 
     def standard_error(self) -> np.ndarray:
         """(height, width, 3) float32, top row first: the root of ``variance_of_mean``."""
-        return self._spread().errors
+        return self.spread().errors.astype(np.float32)
 
-    def spread(self) -> tuple[np.ndarray, np.ndarray]:
-        """The values of every pixel that ``relative_error`` needs, top row first.
-
-        Returns:
-            The variance of the mean, (height, width, 3) float64, which is NaN where it is unknown; and the number of
-            independent groups of samples from which it was estimated, (height, width) int32.
-        """
-        spread = self._spread()
-        return np.square(spread.errors, dtype=np.float64), spread.groups
-
-    def _spread(self) -> Spread:
+    def spread(self) -> Spread:
+        """The standard error of every pixel, and from how many samples and groups of samples it was estimated."""
         self.check_alive()
-        return spread_of(self)
+        groups = count = self.counts()
+        if self.halves == 2:
+            halves, total = self.memory.read(self.half_count), self._totals()
+            groups = np.where((halves > 0).all(axis=2), 2, 1)
+            if self.doubles:
+                errors = errors_of_sequence(self.memory.read(self.before), total, halves)
+            else:
+                errors = errors_from_halves(total, halves)
+        else:
+            errors = errors_from_deviations(self.memory.read(self.deviation), count)
+        errors = np.where(groups[..., None] > 1, errors, np.nan)
+        return Spread(upright(errors, np.float64), upright(groups, np.int32), upright(count, np.int32))
 
     def sample_deviation(self) -> np.ndarray:
         """(height, width) float64, top row first: the standard deviation of one sample of every pixel.
@@ -338,33 +365,116 @@ class Film(PixelSums):
         The film must keep deviations. The variances of the three channels are added.
         """
         self.check_alive()
-        read = self.memory.read
-        variance = read(self.deviation).sum(axis=2, dtype=np.float64) / np.maximum(self.counts() - 1, 1)
-        return (np.sqrt(variance) / read(self.scale)).T[::-1]
+        squares = self.memory.read(self.deviation).sum(axis=2, dtype=np.float64)
+        return upright(np.sqrt(squares / np.maximum(self.counts() - 1, 1)), np.float64)
+
+    # ── other films, and arrays ──
+
+    def alike(self) -> "Film":
+        """An empty film of the same kind, whose samples this one can ``merge``."""
+        is_replicated = self.halves == 2 and not self.doubles
+        options = self.keeps_deviation, self.averages, self.doubles
+        return Film(self.width, self.height, self.crop, is_replicated, *options)
+
+    def merge(self, other: "Film") -> None:
+        """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
+        self.check_alive()
+        other.check_alive()
+        if (self.width, self.height) != (other.width, other.height):
+            raise InputError(
+                f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
+            )
+        if (self.halves, self.doubles, self.keeps_deviation) != (other.halves, other.doubles, other.keeps_deviation):
+            raise InputError("film: samples of different samplers cannot be added")
+        n, m = self.counts(), other.counts()
+        mine = {name: self.memory.read(field).copy() for name, field in self._sums().items()}
+        theirs = {name: other.memory.read(field) for name, field in other._sums().items()}
+        if self.keeps_deviation:  # Chan et al. 1979
+            apart = self._means() - other._means()
+            mine["deviation"] += theirs["deviation"] + apart**2 * (n * m / np.maximum(n + m, 1))[..., None]
+        if self.halves == 2:
+            mine["largest"] = np.maximum(mine["largest"], theirs["largest"])
+        if self.doubles:
+            self._double(mine, m > 0)
+            mine["before"] = np.where((n == 0)[..., None], theirs["before"], mine["before"])
+        for name in {"half_count", "total", "lost"} & mine.keys():
+            if self.doubles:  # the samples of the other film continue the sequence
+                first, others = np.moveaxis(theirs[name], 2, 0)
+                is_new = (n == 0).reshape(n.shape + (1,) * (first.ndim - 2))
+                mine[name][:, :, 0] += np.where(is_new, first, 0)
+                mine[name][:, :, 1] += np.where(is_new, others, first + others)
+            else:
+                mine[name] += theirs[name]
+        for name, array in mine.items():
+            self.memory.write(getattr(self, name), array)
+        self.non_finites.add(other.non_finites)
+        self.samples += other.samples
+        self.unseen.merge(other.unseen)
+        self.show()
+
+    @staticmethod
+    def _double(sums: dict[str, np.ndarray], where: np.ndarray) -> None:
+        """What ``half_of`` does where the number of samples doubles, for the arrays of a film and some pixels."""
+        first, others = np.moveaxis(sums["half_count"], 2, 0)
+        full = where & (others > 0) & ((first + others) & (first + others - 1) == 0)
+        sums["before"][full] = sums["total"][full, 0] / first[full][:, None]
+        for name in {"half_count", "total", "lost"} & sums.keys():
+            sums[name][full, 0] += sums[name][full, 1]
+            sums[name][full, 1] = 0
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """The complete content of the film, for a checkpoint: see ``film_arrays``."""
+        """The complete content of the film, for a checkpoint: its sums [x, y, …] by name, in the types of the fields.
+
+        ``non_finite`` is (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of
+        each. Beside these are the arrays of ``unseen``.
+        """
         self.check_alive()
-        return arrays_of(self) | self.unseen.to_arrays()
+        sums = {name: self.memory.read(field) for name, field in self._sums().items()}
+        return sums | {"non_finite": self.non_finites.to_array()} | self.unseen.to_arrays()
+
+    def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
+        """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
+        for name, field in self._sums().items():
+            if name not in arrays:
+                raise InputError(
+                    f"{source}: it has no {name}: its samples are of another kind of sampler, or of another version"
+                )
+            shape = self.memory.read(field).shape
+            if arrays[name].shape != shape:
+                raise InputError(f"{source}: {name} has the shape {arrays[name].shape}, and not {shape}")
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
         self.check_alive()
-        restore(self, arrays)
+        self.check_arrays(arrays)
+        for name, field in self._sums().items():
+            self.memory.write(field, arrays[name])
+        self.non_finites.from_array(arrays["non_finite"])
         self.samples = samples
         self.unseen.from_arrays(arrays)
-        self._show_mean()
+        self.show()
 
-    def show(self) -> None:
-        """Bring the canvas up to date: ``add`` itself leaves it alone, unless it needs the mean.
 
-        Memory is what limits ``add``, and the mean would have to be read from both halves and written.
-        """
-        if self.averages and not self.keeps_deviation:
-            self._show_mean()
+def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:
+    """[x, y, ...], y up, as an image: contiguous [row, column, ...] with the top row first."""
+    return np.ascontiguousarray(array.swapaxes(0, 1)[::-1], dtype)
 
-    @ti.kernel
-    def _show_mean(self):
-        for x, y in self.canvas:
-            if self.count.number(x, y, 0) > 0:
-                self.canvas[x, y] = self.mean(x, y)
+
+@ti.func
+def two_sum(a, b):
+    """a + b as the nearest number and its rounding error, which is exact (Knuth, TAOCP vol. 2, 4.2.2, theorem B)."""
+    rounded = a + b
+    part = rounded - a
+    return rounded, (a - (rounded - part)) + (b - part)
+
+
+@ti.func
+def mean_of_channels(value):
+    """The mean of red, green and blue."""
+    return (value * ti.static(1 / 3)).sum()
+
+
+@ti.func
+def is_finite(value):
+    """Whether all three components are finite."""
+    return abs(value).sum() < tm.inf

@@ -336,15 +336,15 @@ def shared_nodes(tmp_path, count):
 
 
 def test_nodes_share_a_large_mesh_and_small_ones_are_copied(tmp_path):
-    path, transforms = shared_nodes(tmp_path, 15)
+    path, transforms = shared_nodes(tmp_path, 260)
     mesh = read(path)
-    assert [len(mesh.faces), len(mesh.instances)] == [0, 15]
+    assert [len(mesh.faces), len(mesh.instances)] == [0, 260]
     assert len({id(one.mesh) for one in mesh.instances}) == 1
     scene = tt.load_scene_data(path)
     assert scene.effects.instances
-    assert (scene.num_triangles, len(scene.mesh.faces)) == (15 * 8000, 8000)
+    assert (scene.num_triangles, len(scene.mesh.faces)) == (260 * 8000, 8000)
     hits = scene.intersect(transforms[:, :3, 3] + (0.01, 0.02, 5), (0, 0, -1))
-    assert (hits.triangle_id // 8000).tolist() == list(range(15))
+    assert (hits.triangle_id // 8000).tolist() == list(range(260))
     assert not hits.is_backfacing.any()
     few = read(shared_nodes(tmp_path, 3)[0])
     assert [len(few.faces), few.instances] == [24000, []]

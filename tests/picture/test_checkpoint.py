@@ -82,6 +82,6 @@ def test_samples_of_two_sequences_are_refused_and_the_picture_stays(tmp_path):
     facts, arrays = read_checkpoint(path)
     del arrays["before"]
     write_checkpoint(path, facts, arrays)
-    with pytest.raises(tt.InputError, match="old.checkpoint: its samples are of two sequences for each pixel"):
+    with pytest.raises(tt.InputError, match="old.checkpoint: it has no before: its samples are of another kind"):
         renderer.load_checkpoint(path)
     assert renderer.samples == 4
