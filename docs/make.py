@@ -93,7 +93,7 @@ def leaks(triangle_test: str) -> Callable[[Path], None]:
         from taichi_tracer.system import runtime
 
         runtime.init("cpu", force=True)
-        save_image(path, leak_map(RayMode(triangle_test, "f32", False, "bvh")))
+        save_image(path, leak_map(RayMode(triangle_test, "f32", False, "wide_bvh")))
 
     return make
 

@@ -44,7 +44,8 @@ class SceneOptions(TypedDict, total=False):
     """The options of a scene.
 
     intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
-        such a class that has no geometry yet. "bvh" is the hierarchy to be read, "wide_bvh" a faster one.
+        such a class that has no geometry yet. None takes "bvh" for up to 20,000 primitives, and "wide_bvh"
+        for more.
     triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
     view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
         three-quarter view from above, which shows everything. ``load_scene_data`` takes the camera of the file, or
@@ -69,7 +70,7 @@ class SceneOptions(TypedDict, total=False):
     instances: how meshes in several places are kept, see ``instances.settled``: "auto", "shared" or "copied".
     """
 
-    intersector: IntersectorChoice
+    intersector: IntersectorChoice | None
     triangle_test: str | TriangleTest
     view: dict[str, Any] | None
     environment: EnvironmentChoice
@@ -86,7 +87,7 @@ class SceneOptions(TypedDict, total=False):
 
 
 SCENE_DEFAULTS: SceneOptions = {
-    "intersector": "wide_bvh",
+    "intersector": None,
     "triangle_test": "watertight",
     "view": None,
     "environment": None,

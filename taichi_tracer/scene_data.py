@@ -91,12 +91,12 @@ class SceneData(KnownAttributes):
         given = all_options("SceneData", options, SCENE_DEFAULTS)
         chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
         up_of(up_axis)  # raises the error for an unknown name before anything is made
-        chosen = intersector_of(given["intersector"])
         runtime.ensure()
         check(mesh)
-        copies = given["instances"] if knows_instances(chosen) else "copied"
+        copies = given["instances"] if knows_instances(given["intersector"]) else "copied"
         mesh = on_ground(mesh, up_axis) if given["ground"] else mesh
         mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
+        chosen = intersector_of(given["intersector"], mesh)
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=4)  # the caller of load_scene_data or scene_from_mesh

@@ -101,7 +101,7 @@ def small(mode_of="watertight", precision="f32", intersector="brute_force", case
     return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False)
 
 
-@pytest.mark.parametrize(("precision", "intersector"), [("f32", "bvh")])
+@pytest.mark.parametrize(("precision", "intersector"), [("f32", "wide_bvh")])
 def test_the_watertight_test_passes(precision, intersector):
     result = small(precision=precision, intersector=intersector)
     assert [(v.case, v.broken, v.weak) for v in result.verdicts if v.word != "PASS"] == []
@@ -130,7 +130,7 @@ def canned(monkeypatch):
     """A run that takes no time; ``fail`` breaks a promise."""
 
     def make(fail=False, **findings):
-        mode = RayMode("watertight", "f32", False, "bvh")
+        mode = RayMode("watertight", "f32", False, "wide_bvh")
         found = {
             "edge_leaks": int(fail),
             "edge_rays": 100,
@@ -150,7 +150,7 @@ def test_the_exit_code_says_whether_promises_are_kept(canned, capsys):
     assert cli.main(["hardcases", "--quick"]) == 0
     out = capsys.readouterr().out
     assert "every mode keeps its promises" in out
-    assert "watertight f32 bvh" in out
+    assert "watertight f32 wide_bvh" in out
     canned(fail=True)
     assert cli.main(["hardcases"]) == 1
     assert "FAIL  closed sphere at 0: edge_leaks 1" in capsys.readouterr().out

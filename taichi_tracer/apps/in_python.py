@@ -15,6 +15,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import usual_sampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data, name_of
+from taichi_tracer.scene_parts import intersector_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 
@@ -45,7 +46,7 @@ def as_python(renderer: ProgressiveRenderer) -> str:
 def scene_options(scene: SceneData) -> dict[str, Any]:
     """The arguments of ``load_scene_data`` that are not the defaults."""
     options: dict[str, Any] = {
-        "intersector": scene.chosen.name,
+        "intersector": None if scene.chosen is intersector_of(None, scene.mesh) else scene.chosen.name,
         "triangle_test": scene.ray_intersector.triangle_test,
         "effects": scene.effects_mode,
         "smooth": scene.smooth,

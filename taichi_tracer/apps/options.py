@@ -175,7 +175,11 @@ RAYS = Group(
     "how rays are intersected",
     "",
     (
-        Option("intersector", "which intersector finds what a ray meets (default: wide_bvh)", part="intersector"),
+        Option(
+            "intersector",
+            "which intersector finds what a ray meets (default: bvh, or wide_bvh for many primitives)",
+            part="intersector",
+        ),
         Option("triangle_test", "which ray-triangle test it uses (default: watertight)", part="triangle test"),
     ),
 )

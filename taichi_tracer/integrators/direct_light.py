@@ -165,9 +165,10 @@ class MultipleImportanceSampling(DirectLight):
         """The sum of both weighted samples; a mirror has the sample of its BRDF alone."""
         xi_brdf, xi_light = pairs(scene, rng)
         w_i = surface.sample(xi_brdf)
-        light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+        f_cos_over_pdf = surface.weight(w_i)
+        light, pdf = light_along(scene, surface, w_i, f_cos_over_pdf)
         share = ti.select(surface.is_delta(), 1.0, self.heuristic(surface.pdf(w_i), pdf))
-        L = surface.weight(w_i) * share * light
+        L = f_cos_over_pdf * share * light
 
         f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, xi_light)
         return L + f_cos / pdf * self.heuristic(pdf, pdf_brdf) * light

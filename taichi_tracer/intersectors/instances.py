@@ -13,7 +13,7 @@ from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sp
 from taichi_tracer.formulas.triangles import TriangleTest, stable_normal, thinness, unit
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
-from taichi_tracer.intersectors.bvh import BVHRayIntersector, build
+from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import seams
@@ -177,20 +177,21 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
         tables.put(self.roots, np.array(self.first_nodes, np.int32))
         tables.load(self._memory_of_roots)
 
-    def trees(self, geometry: Geometry) -> tuple[list, np.ndarray, int]:
+    def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
         """The nodes of the upper tree, then those of the objects; what is in the leaves; the largest depth."""
         ids, boxes = geometry.hittable()
-        of_objects = [(rows, *build(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
-        ordered = [boxes[rows[order]] for rows, _, order, _ in of_objects]
+        of_objects = [(rows, *nodes_of(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
+        ordered = [boxes[rows[order]] for rows, _, _, order, _ in of_objects]
         places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
-        nodes, order, depth = build(boxes)
+        box, links, order, depth = nodes_of(boxes)
         order, self.first_nodes = places[order], []
-        for rows, own_nodes, own_order, own_depth in of_objects:
-            node, entry = len(nodes), len(order)
-            self.first_nodes.append(node)
-            nodes += [(box, first + (entry if count else node), count) for box, first, count in own_nodes]
+        for rows, own_box, own_links, own_order, own_depth in of_objects:
+            is_leaf = own_links[:, 1] > 0
+            self.first_nodes.append(len(box))
+            own_links[:, 0] += np.where(is_leaf, len(order), len(box)).astype(np.int32)
+            box, links = np.concatenate([box, own_box]), np.concatenate([links, own_links])
             order, depth = np.concatenate([order, ids[rows[own_order]]]), max(depth, own_depth)
-        return nodes, order, depth
+        return box, links, order.astype(np.int32), depth
 
     def destroy(self) -> None:
         """Free the trees' memory."""

@@ -50,7 +50,6 @@ def test_an_option_that_changes_nothing_is_told(words, capsys):
 # What need not say its default: the scene's own, or nothing; the description of its group says so.
 WITHOUT = {"parts", "bounces", "eye", "at", "up", "window", "fov", "spp", "time", "error", "checkpoint"}
 DEFAULTS = {
-    "intersector": SCENE_DEFAULTS["intersector"],
     "triangle_test": SCENE_DEFAULTS["triangle_test"],
     "effects": SCENE_DEFAULTS["effects"],
     "sampler": DEFAULT_SAMPLER,

@@ -18,7 +18,7 @@ from taichi_tracer.ray import Ray
 def test_the_candidates_include_every_triangle_that_is_hit(test, rng):
     start("f32")
     vertices, faces = soup(rng, 60)
-    tree = tt.scene_from_mesh(vertices, faces, triangle_test=test).ray_intersector
+    tree = tt.scene_from_mesh(vertices, faces, triangle_test=test, intersector="wide_bvh").ray_intersector
     origins, directions = random_rays(rng, 500)
     corner = vertices[faces[rng.integers(0, 60, 200), 0]]  # exactly through a vertex, as far as f32 can say it
     directions[:200] = corner - origins[:200]
@@ -58,7 +58,7 @@ def vertices_at(tree: ti.template(), places: ti.types.ndarray(ndim=1), out: ti.t
 def test_every_triangle_is_at_one_place_and_the_other_places_are_empty(rng):
     start("f32")
     vertices, faces = soup(rng, 77)
-    tree = tt.scene_from_mesh(vertices, faces).ray_intersector
+    tree = tt.scene_from_mesh(vertices, faces, intersector="wide_bvh").ray_intersector
     out = np.zeros((tree.num_places, 3, 3), np.float32)
     vertices_at(tree, np.arange(tree.num_places, dtype=np.int32), out)
     is_used = ~np.isnan(out).any(axis=(1, 2))

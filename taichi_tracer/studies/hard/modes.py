@@ -53,10 +53,10 @@ class RayMode:
 
 
 def default_mode() -> RayMode:
-    """The mode that runs if nobody chooses one, from the signatures that decide it."""
+    """The mode that runs if nobody chooses one and the scene is large, from the signatures that decide it."""
     scene, start = (inspect.signature(function).parameters for function in (SceneData, runtime.init))
-    chosen = (scene["triangle_test"], start["precision"], start["fast_math"], scene["intersector"])
-    return RayMode(*(parameter.default for parameter in chosen))
+    chosen = (scene["triangle_test"], start["precision"], start["fast_math"])
+    return RayMode(*(parameter.default for parameter in chosen), "wide_bvh")
 
 
 DEFAULT = default_mode()
