@@ -34,7 +34,6 @@ from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SUM = "sum"  # the caption of the last picture of a contact sheet
-PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, that is told
@@ -94,7 +93,10 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
                     return interruption.exit_code
                 if watch is not None:
-                    is_in_place &= write_profile(renderer, request, path, watch)
+                    stopwatch.stop()
+                    from taichi_tracer.studies.profile import described
+
+                    print(described(watch, compiling.kernels(watch.started)), flush=True)
                     continue
                 if args.against is not None:
                     is_in_place &= write_against(renderer, picture, request, path)
@@ -112,31 +114,10 @@ def check_checkpoint(request: RenderRequest, count: int) -> None:
 
 
 def check_profile(pictures: Sequence[Path]) -> None:
-    """Raise an InputError unless one picture is asked for, beside which its profile can be written."""
+    """Raise an InputError unless one picture is asked for."""
     if len(pictures) > 1:
         raise InputError(f"--profile tells where the time of one picture goes, not of {len(pictures)}: ask for one")
-    check_place(profile_path(pictures[0]))
     from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
-
-
-def profile_path(picture: Path) -> Path:
-    """The page that belongs to a picture."""
-    return picture.with_suffix(PROFILE)
-
-
-def write_profile(
-    renderer: ProgressiveRenderer, request: RenderRequest, path: Path, watch: stopwatch.Stopwatch
-) -> bool:
-    """Print and write where the time of a picture went that is done; False if the page had to go elsewhere."""
-    stopwatch.stop()
-    from taichi_tracer.studies.profile import as_page, described, profile_of
-
-    title = f"{Path(request.scene.name).name}, {renderer.active.name}"
-    found = profile_of(renderer, watch, title)
-    print(described(found))
-    place = written_bytes(profile_path(path), as_page(found).encode())
-    print(f"{place}: where the time went", flush=True)
-    return place == profile_path(path)
 
 
 def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest, path: Path) -> bool:

@@ -31,7 +31,7 @@ class RenderRequest:
         aovs: the raw arrays that each file has beside its picture.
         denoise: whether what a denoiser makes of the picture is written.
         clamp: how many times as bright as its brightest neighbour a pixel may be that is written; None for any.
-        profile: whether a page tells where the time went.
+        profile: whether a table tells where the time went.
     """
 
     scene: SceneRequest

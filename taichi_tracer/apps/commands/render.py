@@ -60,6 +60,6 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--profile",
         action="store_true",
-        help="tell where the time goes, from the start of Python to the file, in a table and in FILE.profile.html",
+        help="tell where the time goes, from the start of Python to the file, in a table",
     )
     parser.lists = ("pictures", "tones", "aovs", "scenes")
