@@ -15,9 +15,7 @@ from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_sentences, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.source import Order, Source
-from taichi_tracer.studies.workers import OtherMachines
 from taichi_tracer.system.digits import digits
-from taichi_tracer.system.errors import InputError
 
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
@@ -37,11 +35,8 @@ class ViewChange:
         return self.camera.applied_to(view, self.aspect)
 
 
-def run(args: Namespace, machines: OtherMachines | None = None) -> int:
+def run(args: Namespace) -> int:
     """Measure, print, and write the report if one is wanted; after a signal, what was measured until then.
-
-    Args:
-        machines: other machines that render; None renders here.
 
     Returns:
         0, or 128 and the number of the signal; with ``--check``, 1 if estimators differ.
@@ -49,8 +44,6 @@ def run(args: Namespace, machines: OtherMachines | None = None) -> int:
     if args.check:
         if args.helper is not None:
             args.helper.close()
-        if machines is not None:
-            raise InputError("accuracy: --check renders here: leave out --cluster")
         find_scene(args.scene)
         estimators = names(args.estimators, variants.known("estimators"))
         with StudyBar(args.budget, args.started) as bar:
@@ -68,7 +61,6 @@ def run(args: Namespace, machines: OtherMachines | None = None) -> int:
             replace(order, spent=time.perf_counter() - args.started),
             tell=bar.show,
             first=args.helper,
-            machines=machines,
             should_stop=lambda: interruption.number is not None,
         )
         print("\n".join(as_text(study)))

@@ -4,26 +4,21 @@ import csv
 import io
 import json
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
 
 from taichi_tracer.apps.words import note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, class_page, gradescope, similar, submissions
+from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
-from taichi_tracer.teaching.marks import Mark, Rules, most_points, plain, read_rules
+from taichi_tracer.teaching.marks import Mark, most_points, plain
 from taichi_tracer.teaching.sandbox import WallLevel, best_level
 
 
-def run(args: Namespace, elsewhere: "GradesElsewhere | None" = None) -> int:
-    """Grade, print a line for each submission, and write what was asked for.
-
-    Args:
-        elsewhere: who grades on other machines; None grades here.
-    """
+def run(args: Namespace) -> int:
+    """Grade, print a line for each submission, and write what was asked for."""
     assignment = catalogue.load(args.assignment)
     if assignment.is_sealed:
         raise InputError(f"{args.assignment}: these are a student's checks: give the assignment with its solution")
@@ -31,40 +26,17 @@ def run(args: Namespace, elsewhere: "GradesElsewhere | None" = None) -> int:
         target = gradescope.write_upload(assignment, args.assignment, Path(args.path), args.seed)
         print(target)
         return 0
-    rules = Rules() if args.weights is None else read_rules(Path(args.weights), assignment)
     found = submissions.find(Path(args.path).expanduser(), assignment.files)
     check_targets(args, found)
-    level = best_level(args.trust) if elsewhere is None else elsewhere.walls(args.trust, found)
+    level = best_level(args.trust)
     if level.name == "limits":
         note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
-    grades = grade_class if elsewhere is None else elsewhere.grade_class
-    marks = grades(assignment, found, rules, settings, watch)
-    alike = similar.groups(assignment, found)
-    write(args, assignment, found, marks, settings, alike)
-    if not args.json:
-        for group in alike:
-            print(f"alike: {group}")
-    print(as_json(assignment, marks, settings, alike) if args.json else summary(marks, level))
+    marks = grade_class(assignment, found, settings, watch)
+    write(args, assignment, found, marks, settings)
+    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
     return 0
-
-
-class GradesElsewhere(Protocol):
-    """Who grades on other machines."""
-
-    def walls(self, trust: bool, found: Sequence[submissions.Submission]) -> WallLevel:
-        """The walls in words; an InputError for submissions that cannot be sent."""
-
-    def grade_class(
-        self,
-        assignment: Assignment,
-        found: Sequence[submissions.Submission],
-        rules: Rules,
-        settings: GradingSettings,
-        watch: Callable[[Mark], Any] | None,
-    ) -> list[Mark]:
-        """As ``teaching.grade.grade_class``."""
 
 
 def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> None:
@@ -86,7 +58,6 @@ def write(
     found: Sequence[submissions.Submission],
     marks: Sequence[Mark],
     settings: GradingSettings,
-    alike: Sequence[similar.Group],
 ) -> None:
     """Write the files that were asked for."""
     if args.gradescope is not None:
@@ -95,7 +66,7 @@ def write(
     if args.csv is not None:
         replace_file(Path(args.csv), as_csv(marks).encode())
     if args.report is not None:
-        page = class_page.write(Path(args.report), assignment, found, marks, settings, alike)
+        page = class_page.write(Path(args.report), assignment, found, marks, settings)
         if not args.json:
             print(page)
 
@@ -105,8 +76,7 @@ def line_of(mark: Mark) -> str:
     head = f"{mark.student[:24]:<24} {mark.score:>6.4g} of {mark.points:<6.4g}"
     if mark.refused:
         return f"{head} refused: {mark.refused}"
-    rest = f"{mark.right} of {len(mark.parts)} parts are right, {mark.seconds:.1f} s"
-    return "; ".join([f"{head} {rest}", *(f"{reason}: −{percent:g} %" for reason, percent in mark.deductions)])
+    return f"{head} {mark.right} of {len(mark.parts)} parts are right, {mark.seconds:.1f} s"
 
 
 def summary(marks: Sequence[Mark], level: WallLevel) -> str:
@@ -116,13 +86,10 @@ def summary(marks: Sequence[Mark], level: WallLevel) -> str:
     return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; walls: {level}"
 
 
-def as_json(
-    assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings, alike: Sequence[similar.Group]
-) -> str:
+def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> str:
     """Everything as JSON."""
     facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
     facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}
-    facts["alike"] = [group.facts() for group in alike]
     return json.dumps(plain(facts), indent=1)
 
 
@@ -131,11 +98,10 @@ def as_csv(marks: Sequence[Mark]) -> str:
     file = io.StringIO()
     rows = csv.writer(file, lineterminator="\n")
     names = [part.name for part in marks[0].parts]
-    rows.writerow(["student", "file", "score", "points", *names, "deductions", "refused", "imports"])
+    rows.writerow(["student", "file", "score", "points", *names, "refused", "imports"])
     for mark in marks:
-        taken_off = "; ".join(f"{reason} -{percent:g}%" for reason, percent in mark.deductions)
         cells = [mark.student, mark.key, mark.score, mark.points, *(part.earned for part in mark.parts)]
-        rows.writerow([safe(cell) for cell in (*cells, taken_off, mark.refused, "; ".join(mark.imports))])
+        rows.writerow([safe(cell) for cell in (*cells, mark.refused, "; ".join(mark.imports))])
     return file.getvalue()
 
 

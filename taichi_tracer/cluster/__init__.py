@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
     from taichi_tracer.progressive import ProgressiveRenderer
-    from taichi_tracer.studies import Accuracy
-    from taichi_tracer.teaching.marks import Mark
 
 
 @dataclass(frozen=True)
@@ -186,80 +184,6 @@ def variants(**knobs: Sequence[Any]) -> list[dict[str, Any]]:
     from itertools import product
 
     return [dict(zip(knobs, values, strict=True)) for values in product(*knobs.values())]
-
-
-def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options: Any) -> "Accuracy":
-    """What does accuracy cost in time? ``tt.studies.accuracy`` on a cluster.
-
-    One worker measures every variant, because seconds of different machines cannot be compared. All workers render the
-    reference.
-
-    Args:
-        scene: a name or a path.
-        options: of ``taichi-tracer accuracy``, such as environment="studio", estimators=["brdf", "mis"], budget=60,
-            report="folder".
-
-    Raises:
-        InputError: an option is wrong, no scheduler answers, or the worker ended before anything was measured.
-    """
-    import time
-    from dataclasses import replace
-
-    from taichi_tracer.apps.accuracy import report_of, study_of
-    from taichi_tracer.cluster.study import ClusterMachines
-    from taichi_tracer.studies import accuracy_report, found, schedule
-
-    start = time.perf_counter()
-    args = namespace(scene, options, "accuracy")
-    order, report = study_of(args), report_of(args)
-    accuracy_report.get_ready()
-    with opened(cluster) as connection:
-        order = replace(order, keep=order.keep + accuracy_report.DRAWING, spent=time.perf_counter() - start)
-        study = schedule.measure(order, machines=ClusterMachines(connection, args))
-    if report is not None:
-        accuracy_report.write(study, report)
-    return found(study)
-
-
-def grade(
-    assignment: str,
-    path: str | Path,
-    *,
-    cluster: "str | Cluster" = "local",
-    seed: int = 1,
-    trust: bool = False,
-    weights: str | Path | None = None,
-    anew: bool = False,
-    watch: Callable[[int, Any], Any] | None = None,
-) -> "list[Mark]":
-    """The marks of a class, each submission graded by one worker, between the walls that its machine has.
-
-    Args:
-        assignment: the name of one that comes with the package.
-        path: one zip file, or a folder of them.
-        seed, trust, weights, anew: as for ``taichi-tracer grade``.
-        watch: called with the number and the mark of each submission as soon as it is known.
-
-    Raises:
-        InputError: the assignment does not come with the package, a submission is a folder, the file of weights cannot
-            be used, or a worker has no bubblewrap.
-    """
-    from taichi_tracer.cluster import grading
-    from taichi_tracer.cluster.jobs import in_order
-    from taichi_tracer.teaching import catalogue, submissions
-    from taichi_tracer.teaching.grade import GradingSettings
-    from taichi_tracer.teaching.marks import Rules, read_rules
-
-    grading.check(assignment, [])
-    graded = catalogue.load(assignment)
-    rules = Rules() if weights is None else read_rules(Path(weights), graded)
-    found = in_order(submissions.find(Path(path).expanduser(), graded.files))
-    grading.check(assignment, found)
-    settings = GradingSettings(grading.level_of(trust), seed=seed, anew=anew)
-    numbers = {one.key: i for i, one in enumerate(found)}
-    report = None if watch is None else lambda mark: watch(numbers[mark.key], mark)
-    with opened(cluster) as connection:
-        return grading.grade_class(connection, graded, found, rules, settings, report)
 
 
 # ── from options to requests ──

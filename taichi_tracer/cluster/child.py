@@ -4,7 +4,6 @@ It is a process of its own, because kernels must not be launched from several th
 process that a scene or the system has ended can be replaced. It owns the folder of the files, and removes it.
 """
 
-import dataclasses
 import hashlib
 import json
 import math
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from taichi_tracer.picture.film import Film
     from taichi_tracer.progressive import ProgressiveRenderer
     from taichi_tracer.scene_data import SceneData
-    from taichi_tracer.studies.source import SceneFacts
-    from taichi_tracer.studies.variants import Variant
 
 SLOW = 10.0  # seconds of a first sample, after which no second one is taken to learn its time
 MOST_SCENES = 2  # that are kept: the pictures of a sweep that need one scene mostly come one after the other
@@ -46,21 +43,9 @@ class Child(WorkerProcess):
             self.process.terminate()
 
 
-class StudyChild(Child):
-    """A process of a study of accuracy: the methods of a ``studies.bench.Bench`` are called by name."""
-
-    program = "from taichi_tracer.cluster.child import study; study()"
-    task = "the study"
-
-
 def work() -> None:
     """What the process does until its parent lets go of it."""
     serve_and_close(Desk)
-
-
-def study() -> None:
-    """What a process of a study does until its parent lets go of it."""
-    serve_and_close(Stand)
 
 
 def serve_and_close(make: Callable[..., Any]) -> None:
@@ -86,41 +71,6 @@ def new_folder(parent: str | None) -> Path:
         return Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent))
     except OSError as error:
         raise InputError(f"{parent}: no folder for the scene can be made there ({error.strerror})") from None
-
-
-class Stand:
-    """A ``Bench``, with a folder for the files of its scene.
-
-    Args:
-        folder, threads: as for ``Desk``.
-        message, pieces: a parcel whose options are those of ``taichi-tracer accuracy``.
-    """
-
-    def __init__(self, folder: str | None, threads: int | None, message: dict, pieces: dict[str, bytes]) -> None:
-        from taichi_tracer.apps.accuracy import source_of
-        from taichi_tracer.cluster.parcel import unpack
-        from taichi_tracer.studies.bench import Bench
-
-        self.folder = new_folder(folder)
-        args = unpack(message, pieces, self.folder / "files")
-        self.bench = Bench(source_of(args), args.arch or "auto", tuple(args.parts), threads)
-
-        self.environment = str(args.environment)
-
-    def get_ready(self) -> None:
-        """Do nothing: a process is opened before its first call, so that the bench is ready when this call answers."""
-
-    def facts(self, variant: "Variant") -> "SceneFacts":
-        """What the bench says, with the name of the environment's file in place of where it is on this machine."""
-        found = self.bench.facts(variant)
-        return dataclasses.replace(found, title=found.title.replace(self.environment, Path(self.environment).name))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.bench, name)
-
-    def close(self) -> None:
-        """Remove the files."""
-        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class Desk:
@@ -259,12 +209,6 @@ class Desk:
             renderer.film.merge(self.spare[key])
         took = {name: sum(part[name] for part in parts) for name in ("seconds", "cpu")}
         return {"ranges": ranges, "arrays": renderer.film.to_arrays(), **took}
-
-    def grade(self, assignment: str, name: str, content: bytes, seed: int, trust: bool) -> dict:
-        """The mark of a submission, a zip file, of an assignment that comes with the package; and its pictures."""
-        from taichi_tracer.cluster.marking import mark_of_zip
-
-        return mark_of_zip(assignment, name, content, seed, trust, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""

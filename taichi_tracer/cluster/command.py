@@ -43,27 +43,10 @@ def turntable(args: Namespace) -> int:
         return command.run(args, renders_frame)
 
 
-def accuracy(args: Namespace) -> int:
-    """Measure what accuracy costs, on one worker of a cluster; all workers render the reference."""
-    from taichi_tracer.apps import accuracy as command
-    from taichi_tracer.cluster.study import ClusterMachines
-
-    tell_of_parts(args)
-    with Cluster(args.cluster, note) as cluster:
-        return command.run(args, ClusterMachines(cluster, args))
-
-
 def tell_of_parts(args: Namespace) -> None:
     """Say that code of the user goes to the workers."""
     if args.parts:
         note(f"the files of --parts go to every worker, and run there with its rights: {', '.join(args.parts)}")
-
-
-def grade(args: Namespace) -> int:
-    """Grade a class on a cluster."""
-    from taichi_tracer.cluster import grading
-
-    return grading.run(args)
 
 
 class OnCluster:

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from taichi_tracer.cluster.child import Child, StudyChild
+from taichi_tracer.cluster.child import Child
 from taichi_tracer.cluster.versions import installation
 from taichi_tracer.system.processes import WorkerDied
 
@@ -111,27 +111,6 @@ def threads_of(dask_worker: Any) -> int:
     return min(dask_worker.state.nthreads, os.cpu_count() or 1)
 
 
-def seat_name(session: str, number: int) -> str:
-    """The name of the seat of one process of a study."""
-    return f"{session}/{number}"
-
-
-def open_study(session: str, number: int, message: dict, hashes: Sequence[str], is_heard: bool, *pieces: bytes) -> None:
-    """Start a process of a study, which gets the files of a parcel."""
-    from distributed import get_worker
-
-    worker = get_worker()
-    words = worker.local_directory, threads_of(worker), StudyChild(is_heard)
-    seat = Seat(*words, message, dict(zip(hashes, pieces, strict=True)))
-    seats_of(worker)[seat_name(session, number)] = seat
-    seat.ask("get_ready")
-
-
-def study(session: str, number: int, method: str, words: Sequence[Any], options: dict) -> Any:
-    """The answer of a process of a study, which has a ``studies.bench.Bench``."""
-    return seat_of(seat_name(session, number)).ask(method, *words, **options)
-
-
 def receive(session: str, message: dict, which: Sequence[Any], hashes: Sequence[str], *pieces: bytes) -> dict:
     """Load the scene of a parcel, and compile what a picture of it needs; returns what ``child.Desk.warm`` says."""
     seat = seat_of(session)
@@ -156,13 +135,8 @@ def picture(session: str, message: dict, targets: Sequence[Any], hashes: Sequenc
     return seat.ask("picture", message["id"], (0, 0, None), *targets)
 
 
-def grade(session: str, *words: Any) -> dict:
-    """The mark of a submission."""
-    return seat_of(session).ask("grade", *words)
-
-
 def leave(session: str, dask_worker: Any = None) -> None:
-    """End the processes of a session; or one of a study, by the name of its seat."""
+    """End the processes of a session."""
     seats = seats_of(dask_worker)
-    for name in [name for name in seats if name == session or name.startswith(f"{session}/")]:
-        seats.pop(name).close()
+    if session in seats:
+        seats.pop(session).close()

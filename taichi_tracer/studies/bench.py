@@ -151,26 +151,6 @@ class Bench:
             variance = renderer.film.variance_of_mean().astype(np.float32)
         return Shot(max(seconds - pilot, 0.0), pilot, renderer.samples, image, error, variance)
 
-    def take(self, variant: Variant, size: tuple[int, int], seed: int, first: int, count: int) -> dict[str, np.ndarray]:
-        """A range of the samples of a variant's picture, as the arrays of a film; see ``add``."""
-        renderer = self.renderer_of(variant, size)
-        self.begin(variant, size, seed)
-        renderer.begin()
-        renderer.add_range(first, first + count)
-        renderer.film.samples = count
-        return renderer.film.to_arrays()
-
-    def add(self, variant: Variant, size: tuple[int, int], parts: list[tuple[int, dict[str, np.ndarray]]]) -> Shot:
-        """Add (samples, arrays) of ranges that follow the samples of a variant's picture; as ``render`` would."""
-        renderer = self.renderer_of(variant, size)
-        other = renderer.film.alike()
-        for count, arrays in parts:
-            other.from_arrays(arrays, count)
-            renderer.film.merge(other)
-        image, error = renderer.film.image(), renderer.error()
-        variance = renderer.film.variance_of_mean().astype(np.float32)
-        return Shot(0.0, 0.0, renderer.samples, image, error, variance)
-
     def begin(self, variant: Variant, size: tuple[int, int], seed: int) -> None:
         """Start the picture of a variant over with other random numbers."""
         renderer = self.renderer_of(variant, size)

@@ -15,7 +15,8 @@ def described(stopwatch: Stopwatch, kernels: Sequence[Kernel]) -> str:
     lines = [f"{name:<{wide}}  {seconds:8.3f} s  {100 * seconds / stopwatch.total:5.1f} %" for name, seconds in rows]
     anew = [kernel for kernel in kernels if kernel.is_new]
     seconds = sum(kernel.translating for kernel in anew)
-    lines.append(f"{len(kernels)} kernel{'s' * (len(kernels) != 1)}, {len(anew)} of them translated anew ({seconds:.2f} s)")
+    plural = "s" * (len(kernels) != 1)
+    lines.append(f"{len(kernels)} kernel{plural}, {len(anew)} of them translated anew ({seconds:.2f} s)")
     for kernel in kernels:
         how = "translated" if kernel.is_new else "loaded"
         lines.append(f"  {kernel.name}: read in {kernel.reading:.3f} s, {how} in {kernel.translating:.3f} s")

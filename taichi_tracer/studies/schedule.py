@@ -25,7 +25,7 @@ from taichi_tracer.studies.budget import POLL, Budget, Stopped
 from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, leading, scaled
 from taichi_tracer.studies.source import Order, SceneFacts, comparable
 from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, process_of, reference_variant
-from taichi_tracer.studies.workers import AnyWorker, InThisProcess, OtherMachines, StudyWorker
+from taichi_tracer.studies.workers import AnyWorker, InThisProcess, StudyWorker
 from taichi_tracer.system import processors
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
@@ -55,7 +55,6 @@ class Schedule:
 
     Args:
         first: a worker that was started before; None starts one, or uses this process for a scene of the caller.
-        machines: other machines that render; None renders here.
         tell: called with what is done, and with the share of the budget that has passed.
         should_stop: asked all the time; the study then ends with what was measured.
 
@@ -70,11 +69,10 @@ class Schedule:
         self,
         order: Order,
         first: Worker | None = None,
-        machines: OtherMachines | None = None,
         tell: Callable[[str, float], None] = lambda what, done: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.order, self.machines = order, machines
+        self.order = order
         self.budget = Budget(order, tell, should_stop)
         self.variants, self.base = list(order.variants), order.variants[0]
         self.workers: list[AnyWorker] = [] if first is None else [first]
@@ -109,8 +107,6 @@ class Schedule:
                 raise NothingMeasured(self.why_nothing())
             return self.study(facts)
         finally:
-            if self.machines is not None:
-                self.machines.end_helping()
             for worker in self.workers:
                 worker.close()
 
@@ -135,8 +131,6 @@ class Schedule:
         """One more worker on the machine that measures."""
         if self.order.source.here:
             worker = InThisProcess()
-        elif self.machines is not None:
-            worker = self.machines.start_worker()
         else:
             worker = StudyWorker(is_heard=not self.workers)
         self.workers.append(worker)
@@ -150,9 +144,6 @@ class Schedule:
         facts = self.budget.wait_for(first.ask("facts", self.base), "reading the scene")
         self.look()
         self.variants, self.notes = comparable(self.variants, facts)
-        if self.machines is not None:
-            variant = reference_variant(self.base, self.variants)
-            self.machines.get_ready(self.order.bench, variant, self.order.size)
         return facts
 
     def compile(self) -> None:
@@ -166,7 +157,7 @@ class Schedule:
         waiting = [(self.workers[0], first), *((None, variants) for variants in others)]
         busy: dict[Future, tuple[AnyWorker, list[Variant]]] = {}
         while waiting or busy:
-            most = processors.usable() if self.machines is None else self.machines.processors
+            most = processors.usable()
             while waiting and len(busy) < most:
                 worker, variants = waiting.pop(0)
                 if worker is None:
@@ -213,8 +204,6 @@ class Schedule:
             if variant.lookup not in self.truths:
                 seconds = (FURTHER_SHARE if self.truths else REFERENCE_SHARE) * self.order.budget
                 self.truths[variant.lookup] = self.reference_of(variant, min(seconds, 0.4 * self.budget.left))
-                if self.machines is not None:
-                    self.machines.end_helping()  # so that nobody disturbs those that are measured
 
     def reference_of(self, variant: Variant, seconds: float) -> Truth:
         """A picture by multiple importance sampling, for at most that many seconds, and how far it is off."""
@@ -225,12 +214,8 @@ class Schedule:
         while shot.error > GOOD_REFERENCE and self.budget.elapsed + CHUNK <= end:
             rest = min(2 * CHUNK, end - self.budget.elapsed)
             count = max(TIMED, int(rest / max(per_sample, 1e-6)) // TIMED * TIMED)
-            if self.machines is not None:
-                self.machines.begin(REFERENCE_SEED, shot.samples + count, rest)
             shot = self.render(worker, own, count, None, "variance", what)
             per_sample = shot.seconds / count
-            if self.machines is not None and (parts := self.machines.parts(self.budget.wait_for)):
-                shot = self.budget.wait_for(worker.ask("add", own, self.order.size, parts), "adding up the reference")
         if math.isnan(shot.error):
             scene = self.order.source.scene
             raise InputError(f"accuracy: no light of {scene} reaches the camera, so that there is no error to measure")
@@ -354,8 +339,6 @@ class Schedule:
             if missing:
                 labels = "; ".join(v.label for v in by_priority(self.variants) if v in missing)
                 self.notes.append(f"Not compared, because there was no time to {what} them: {labels}.")
-        if self.machines is not None:
-            self.notes.append(self.machines.told())
         if self.budget.should_stop():
             self.notes.append("The study was interrupted: this is what was measured until then.")
         return Study(
@@ -371,7 +354,7 @@ class Schedule:
             seconds=self.budget.elapsed,
             start_seconds=self.budget.start_seconds,
             kernels_made=self.kernels_made,
-            others=self.others.told() if self.machines is None else None,
+            others=self.others.told(),
         )
 
 

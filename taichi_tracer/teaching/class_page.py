@@ -15,7 +15,6 @@ from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import GradingSettings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark, most_points
-from taichi_tracer.teaching.similar import Group
 from taichi_tracer.teaching.submissions import Submission
 
 THUMBNAIL = 96  # pixels: of a picture on the page of the class
@@ -23,10 +22,6 @@ MOST_SMALL = 60  # pictures of one part on the page of the class
 MOST_SLOWEST = 10  # submissions on the list of the slowest
 BINS = 10  # of the distribution
 MEANING = "right: all points; wrong: points by the share of right inputs; the others: none"
-ALIKE = (
-    "Their functions have the same structure under other names, in what few others have. This is no verdict: students "
-    "may have worked together as they were allowed to. Read both."
-)
 STYLE = """
 .bad img { outline: 2px solid var(--wrong); } .tall { vertical-align: bottom; }
 .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
@@ -41,7 +36,6 @@ def write(
     found: Sequence[Submission],
     marks: Sequence[Mark],
     settings: GradingSettings,
-    alike: Sequence[Group] = (),
 ) -> Path:
     """Write index.html and a page for each student below a folder; returns the path of index.html."""
     (folder / "students").mkdir(parents=True, exist_ok=True)
@@ -55,7 +49,7 @@ def write(
             if len(small.setdefault(part, [])) < MOST_SMALL:
                 small[part].append((mark, thumbnail(images["yours"]), thumbnail(images["right"])))
     index = folder / "index.html"
-    replace_file(index, class_page(assignment, marks, files, small, settings, alike).encode())
+    replace_file(index, class_page(assignment, marks, files, small, settings).encode())
     return index
 
 
@@ -86,7 +80,6 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
     if mark.refused:
         parts.append(f"<p class='wrong'>This submission was not unpacked: {html.escape(mark.refused)}</p>")
     notes = [*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports)]
-    notes += [f"{reason}: −{percent:g} % of the score" for reason, percent in mark.deductions]
     if notes:
         parts.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in notes) + "</ul>")
     parts.append(overview(mark))
@@ -102,8 +95,7 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
 
 def summary_of(mark: Mark) -> str:
     """The score in one line."""
-    before = f" ({mark.earned:g} before deductions)" if mark.deductions else ""
-    text = f"{mark.score:g} of {mark.points:g} points{before}; {mark.right} of {len(mark.parts)} parts are right"
+    text = f"{mark.score:g} of {mark.points:g} points; {mark.right} of {len(mark.parts)} parts are right"
     return f"<p><strong>{html.escape(text)}</strong></p>"
 
 
@@ -136,7 +128,6 @@ def class_page(
     files: dict[str, str],
     small: dict[str, list[tuple[Mark, np.ndarray, np.ndarray]]],
     settings: GradingSettings,
-    alike: Sequence[Group] = (),
 ) -> str:
     """The page of the class."""
     scores = np.array([mark.score for mark in marks])
@@ -152,7 +143,6 @@ def class_page(
         mistakes_table(marks, files),
         "<h2>Students</h2>",
         students_table(marks, files),
-        *alike_table(marks, files, alike),
         "<h2>Slowest parts</h2>",
         slowest_table(marks, files),
         *(row_of_pictures(name, entries) for name, entries in small.items()),
@@ -224,9 +214,7 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
             f"{part.earned:g}</td>"
             for part in mark.parts
         )
-        told = [mark.refused] * bool(mark.refused) + [
-            f"{reason}: −{percent:g} %" for reason, percent in mark.deductions
-        ]
+        told = [mark.refused] * bool(mark.refused)
         told += [f"imports: {text}" for text in mark.imports]
         rows.append(
             f"<tr><td>{link(mark, files)}</td><td><strong>{mark.score:g}</strong></td>{cells}"
@@ -236,19 +224,6 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
     head = "".join(f"<th class='tall'><span>{html.escape(name)}</span></th>" for name in short)
     head = f"<th>student</th><th>score</th>{head}<th>remarks</th>"
     return page.sortable(head, "".join(rows))
-
-
-def alike_table(marks: Sequence[Mark], files: dict[str, str], alike: Sequence[Group]) -> list[str]:
-    """Submissions that a human should look at together."""
-    by = {mark.key: mark for mark in marks}
-    rows = "".join(
-        f"<tr><td>{', '.join(link(by[key], files) if key in by else html.escape(key) for key in group.keys)}</td>"
-        f"<td>{group.share:.0%}</td><td>{html.escape(', '.join(group.functions))}</td></tr>"
-        for group in alike
-    )
-    if not rows:
-        return []
-    return ["<h2>Submissions that are alike</h2>", page.paragraph(ALIKE, "note"), headed(["by", "alike", "in"], rows)]
 
 
 def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:

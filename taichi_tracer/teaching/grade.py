@@ -34,7 +34,7 @@ from taichi_tracer.teaching.base import (
 )
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.loading import LONGEST_MESSAGE, OK
-from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
+from taichi_tracer.teaching.marks import Mark, PartMark, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.roundabout import check_imports
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
@@ -104,7 +104,6 @@ class Stop:
 def grade_class(
     assignment: Assignment,
     found: Sequence[Submission],
-    rules: Rules,
     settings: GradingSettings,
     watch: Callable[[Mark], Any] | None = None,
 ) -> list[Mark]:
@@ -121,7 +120,7 @@ def grade_class(
         try:
             for future in as_completed(waiting):
                 one = waiting[future]
-                marks[one.key] = with_rules(future.result(), one, rules, assignment)
+                marks[one.key] = future.result()
                 if watch is not None:
                     watch(marks[one.key])
         except BaseException:
@@ -129,15 +128,6 @@ def grade_class(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [marks[one.key] for one in found]
-
-
-def with_rules(mark: Mark, submitted: Submission, rules: Rules, assignment: Assignment) -> Mark:
-    """The mark with the points and the deductions of a course, which are not kept with it."""
-    points = rules.points_of(assignment)
-    # A part that the course's own handout does not ask for has no points, whatever the rules say.
-    parts = tuple(part if part.points == 0 else replace(part, points=points[part.name]) for part in mark.parts)
-    imports = tuple(text for text in mark.imports if not any(text.endswith(f"imports {m!r}") for m in rules.imports))
-    return replace(mark, parts=parts, imports=imports, deductions=deductions(rules, submitted, imports))
 
 
 def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop) -> Mark:
@@ -158,7 +148,7 @@ def grade_or_read(reference: Reference, submitted: Submission, settings: Grading
 def grade(
     reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop | None = None
 ) -> tuple[Mark, dict[str, np.ndarray]]:
-    """The mark of one submission without the rules of a course, and the pictures "PART/yours" and so on."""
+    """The mark of one submission, and the pictures "PART/yours" and so on."""
     assignment = reference.assignment
     work = temporary.folder("submission")
     blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))

@@ -67,7 +67,6 @@ def results(mark: Mark) -> dict:
     tests = [test(number, part) for number, part in enumerate(mark.parts, start=1)]
     output = [f"This submission was not unpacked: {mark.refused}"] if mark.refused else []
     output += [*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports)]
-    output += [f"{reason}: −{percent:g} % of the score" for reason, percent in mark.deductions]
     output += [f"What the submission printed:\n{mark.printed}"] if mark.printed.strip() else []
     facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(output)}
     return plain({**facts, **SCHEMA, "tests": tests})

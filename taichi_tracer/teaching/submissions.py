@@ -46,13 +46,11 @@ class Submission:
     Attributes:
         path: the zip file or the folder. key: its name, which no other submission of the class has.
         student: the student's number of nine digits, or else the name of the file.
-        is_misnamed: whether the name is not just the number.
     """
 
     path: Path
     key: str
     student: str
-    is_misnamed: bool
 
     @property
     def digest(self) -> str:
@@ -118,7 +116,7 @@ def submission(path: Path) -> Submission:
     name = path.resolve().name
     stem = name[: -len(".zip")] if path.is_file() and name.casefold().endswith(".zip") else name
     numbers = ID.findall(stem)
-    return Submission(path, name, numbers[0] if len(set(numbers)) == 1 else stem, not ID.fullmatch(stem))
+    return Submission(path, name, numbers[0] if len(set(numbers)) == 1 else stem)
 
 
 def is_ignored(path: PurePosixPath) -> bool:

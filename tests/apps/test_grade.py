@@ -29,7 +29,7 @@ def assignment(tmp_path):
 def classroom(tmp_path, monkeypatch):
     """A folder of two submissions, which get made-up marks."""
 
-    def grade_class(assignment, found, rules, settings, watch):
+    def grade_class(assignment, found, settings, watch):
         marks = [Mark(one.key, one.student, PARTS, imports=("=1+1",), level=str(settings.level)) for one in found]
         for mark in marks if watch else ():
             watch(mark)
@@ -90,7 +90,6 @@ def test_csv_has_no_formulas(assignment, classroom, tmp_path):
         (["{sums}", "{class}", "--gradescope", "x.json"], "has 2 submissions"),
         (["{sums}", "{class}", "--csv", "/no/such/folder/x.csv"], "does not exist"),
         (["{sums}", "{class}", "--report", "{file}"], "is a file"),
-        (["{sums}", "{class}", "--weights", "{file}"], "no JSON"),
         (["{sums}", "{class}", "--jobs", "0"], "whole number of at least 1"),
         (["--gradescope-upload", "{sums}", "/no/such/folder/x.zip"], "does not exist"),
     ],

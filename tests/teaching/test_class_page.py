@@ -10,7 +10,6 @@ from taichi_tracer.teaching import class_page
 from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.sandbox import WallLevel
-from taichi_tracer.teaching.similar import Group
 from taichi_tracer.teaching.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"
@@ -21,9 +20,7 @@ CRASHED = PartMark("A.f", "rays", 4.0, 0.0, "crashed", EVIL)
 PICTURE = PartMark("picture: x", "all", 1.0, 0.2, "wrong", "many pixels")
 MARKS = (
     Mark("123456781.zip", "123456781", (RIGHT, PICTURE), level="bwrap"),
-    Mark(
-        "123456782.zip", "123456782", (WRONG, PICTURE), "", ("a note",), ("x imports 'os'",), (("late by 1 day", 10.0),)
-    ),
+    Mark("123456782.zip", "123456782", (WRONG, PICTURE), "", ("a note",), ("x imports 'os'",)),
     Mark("123456783.zip", "123456783", (WRONG, PICTURE), printed=EVIL),
     Mark(f"{EVIL}.zip", EVIL, (CRASHED, PICTURE), refused=EVIL),
     Mark("a b.zip", "a b", (RIGHT, PICTURE)),
@@ -65,14 +62,13 @@ class Tags(HTMLParser):
 def folder(tmp_path_factory):
     """The pages of a class."""
     place = tmp_path_factory.mktemp("pages")
-    found = [Submission(place / mark.key, mark.key, mark.student, False) for mark in MARKS]
+    found = [Submission(place / mark.key, mark.key, mark.student) for mark in MARKS]
     picture = np.linspace(0, 1, 48 * 48 * 3).reshape(48, 48, 3)
     pictures = {"picture: x": {"yours": picture, "right": picture[::-1], "difference": abs(picture - picture[::-1])}}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(class_page, "pictures_of", lambda *args: pictures)
         assignment = type("Assignment", (), {"title": "A & B"})
-        alike = [Group(("123456782.zip", "123456783.zip", "the solution"), 0.97, ("A.f",))]
-        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")), alike)
+        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")))
     return place
 
 
@@ -87,12 +83,9 @@ def test_the_page_of_the_class_has_everything(folder):
     assert rows == ["2"]
     for word in (
         "6 submissions; mean ",
-        "late by 1 day: −10 %",
         "Seed of the inputs: 1",
         "bwrap",
         "A &amp; B",
-        "97%",
-        "no verdict",
     ):
         assert word in text
 

@@ -10,7 +10,6 @@ from teaching import sums
 from taichi_tracer.teaching import catalogue, walls
 from taichi_tracer.teaching import grade as grading
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
-from taichi_tracer.teaching.marks import Rules
 from taichi_tracer.teaching.sandbox import best_level
 from taichi_tracer.teaching.submissions import find
 from taichi_tracer.teaching.walls import Limits
@@ -76,7 +75,7 @@ def classroom(place):
 @pytest.fixture(scope="module")
 def marks(assignment, classroom, level):
     """Their marks."""
-    return grade_class(assignment, find(classroom, assignment.files), Rules(), GradingSettings(level, LIMITS))
+    return grade_class(assignment, find(classroom, assignment.files), GradingSettings(level, LIMITS))
 
 
 def points(marks) -> dict[str, dict[str, float]]:

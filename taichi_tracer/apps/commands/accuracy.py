@@ -1,9 +1,8 @@
 """``taichi-tracer accuracy``: its arguments."""
 
-from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
+from taichi_tracer.apps.grammar import Parser, later
 from taichi_tracer.apps.options import (
     add_camera_options,
-    add_cluster_option,
     add_light_options,
     add_parts_option,
     add_scene_argument,
@@ -13,7 +12,7 @@ from taichi_tracer.apps.words import at_least_one, names, positive, size, whole,
 from taichi_tracer.values import USUAL_LIGHT
 
 HELP = "what accuracy costs in time"
-run = here_or_on_cluster("accuracy")
+run = later("accuracy:run")
 
 
 def start_worker():
@@ -67,6 +66,5 @@ def add_arguments(parser: Parser) -> None:
         help="only say which estimators differ that should agree (exit code 1)",
     )
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
-    add_cluster_option(parser, "take the measurements")
     add_camera_options(parser)
     parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")

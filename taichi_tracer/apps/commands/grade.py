@@ -1,11 +1,10 @@
 """``taichi-tracer grade``: its arguments."""
 
-from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
-from taichi_tracer.apps.options import add_cluster_option
+from taichi_tracer.apps.grammar import Parser, later
 from taichi_tracer.apps.words import at_least_one, whole
 
 HELP = "grade the submissions of an assignment"
-run = here_or_on_cluster("grade")
+run = later("grade:run")
 
 
 def add_arguments(parser: Parser) -> None:
@@ -19,7 +18,6 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--jobs", type=at_least_one, default=1, metavar="N", help="submissions at the same time (default: %(default)s)"
     )
-    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/grading.md")
     parser.add_argument(
         "--seed", type=whole, default=1, metavar="N", help="of the inputs; keep it to yourself (default: %(default)s)"
     )
@@ -29,7 +27,6 @@ def add_arguments(parser: Parser) -> None:
         help="where bubblewrap does not work, grade with limits alone: only what you would run yourself",
     )
     parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
-    add_cluster_option(parser, "grade the zip files of an assignment that comes with the package")
     written = parser.add_argument_group("what is written")
     written.add_argument("--json", action="store_true", help="print everything as JSON")
     written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
