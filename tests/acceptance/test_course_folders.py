@@ -104,7 +104,11 @@ OTHER_ARGUMENTS = [
 
 
 @pytest.mark.parametrize(
-    ("estimator", "scene", "environment"), [("uniform", "sphere", "white"), ("brdf", "specular_spheres", "studio")]
+    ("estimator", "scene", "environment"),
+    [
+        pytest.param("uniform", "sphere", "white", marks=pytest.mark.slow),
+        ("brdf", "specular_spheres", "studio"),
+    ],
 )
 def test_a2_without_its_graduate_part_and_with_other_arguments_runs(tmp_path, estimator, scene, environment):
     """The factor has one argument more, and the density is cancelled: the package's factor runs in its place.
@@ -157,6 +161,7 @@ CALLS_FURTHER = [
 ]
 
 
+@pytest.mark.slow
 def test_a_renderer_may_call_further_methods_of_the_students_own_classes(tmp_path):
     """Where the package's class stands in, it keeps the student's other methods, and what the constructor makes."""
     expected = picture("environment", spp=1024).mean()

@@ -9,8 +9,6 @@ from taichi_tracer.apps.new_part import text_of
 WRONG = {
     "brdf": (("ti.max(0.0, tm.dot(n, w_i)) / tm.pi", "1 / tm.pi"), "the integral of pdf is 4.0"),
     "light": (("distance**2, 1.0", "distance**2, 2.0"), "sample of a delta light returns a pdf of 2.0, not 1"),
-    "integrator": (("L += f_cos", "L += 0.5 * f_cos"), "a plane under constant light has the radiance"),
-    "view": (("abs(hit.normal)", "hit.normal"), "is below 0"),
     "sampler": (("as_fraction(b)", "as_fraction(a)"), "two pixels or samples have the same pair"),
     "camera": (("ti.cos(theta), 0)", "-ti.cos(theta), 0)"), "the central ray leads away from at"),
     "triangle_test": (("det = -tm", "det = tm"), "t is -2.7"),

@@ -101,6 +101,7 @@ def error(picture, deviation):
     return np.sqrt((deviation**2 / share).mean() * share.mean())
 
 
+@pytest.mark.slow
 def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
     """It has the samples of those indices, in each pixel as many as its share allows, and knows its error."""
     renderer = tt.A3Renderer(box, SIZE, SIZE).use("mis").render(error=0.03)

@@ -129,12 +129,6 @@ PATCHES = (
         },
     ),
     Patch(
-        "objects",
-        "0.3 to 0.5 ms of each frame of a window: attributes of objects are read as everywhere in Python",
-        {"taichi:data_oriented": ("cls", "objects:binding_kernels")},
-        needs=("taichi.lang.kernel_impl:_BoundedDifferentiableMethod",),
-    ),
-    Patch(
         "advice",
         "no time: a function of kernels that is called from Python says what to call instead",
         {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "advice:explaining")},
@@ -148,20 +142,6 @@ PATCHES = (
             "taichi.lang.common_ops:TaichiOperations.__mul__": ("self other", "own_code:multiplying"),
             "taichi.lang.common_ops:TaichiOperations._assign": ("self other", "own_code:assigning"),
             "taichi.lang.common_ops:TaichiOperations._augassign": ("self x op", "own_code:assigning"),
-        },
-    ),
-    Patch(
-        "vectors",
-        "0.09 s: sums, products and extremes of vectors are written without reading functions for them",
-        {
-            "taichi.lang.matrix_ops:max": ("mat", "vectors:maximum"),
-            "taichi.lang.matrix_ops:min": ("mat", "vectors:minimum"),
-            "taichi.lang.matrix_ops:sum": ("mat", "vectors:summing"),
-            "taichi.lang.matrix_ops:dot": ("vec_x vec_y", "vectors:multiplying"),
-            "taichi.lang.matrix_ops:norm_sqr": ("mat", "vectors:squaring"),
-            "taichi.lang.matrix_ops:cross": ("vec_x vec_y", "vectors:crossing"),
-            "taichi.math:dot": ("x y", "vectors:multiplying"),
-            "taichi.math:cross": ("x y", "vectors:crossing"),
         },
     ),
     Patch(

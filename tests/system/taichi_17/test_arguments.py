@@ -88,33 +88,11 @@ def whole_elements_are_read_and_written(s: ti.template()):
 
 
 @ti.kernel
-def some_components_are_written_together(s: ti.template()):
-    for i in range(ROWS):
-        s.vectors[i].xy = s.vectors[i].yz
-        s.mixed[i].xy = s.mixed[i].yz
-
-
-@ti.kernel
 def elements_are_exchanged(s: ti.template()):
     s.numbers[0], s.numbers[1] = s.numbers[1], s.numbers[0]
     s.vectors[0], s.vectors[1] = s.vectors[1], s.vectors[0]
     s.mixed[0], s.mixed[1] = s.mixed[1], s.mixed[0]
     s.mixed[2].x, s.mixed[2].z = s.mixed[2].z, s.mixed[2].x
-
-
-@ti.kernel
-def fields_are_read_in_branches_and_afterwards(s: ti.template()):
-    for i in range(ROWS):
-        if i > 2:
-            s.mixed[i] += 1
-        else:
-            s.vectors[i] = s.mixed[i] if s.mark[i] > 10 else s.vectors[i]
-        s.numbers[i] = s.mixed[i].x
-    k = 0
-    while s.numbers[k] > 0 and k < 4:
-        s.numbers[k] = -s.numbers[k + 1]
-        k += 1
-    s.vectors[0] = s.mixed[0]
 
 
 @ti.kernel
@@ -127,16 +105,6 @@ def atomic_functions_change_numbers(s: ti.template()):
 
 
 @ti.kernel
-def indices_are_of_any_kind_of_integers(s: ti.template()):
-    for i in range(ROWS):
-        long, byte = ti.cast(i, ti.i64), ti.cast(i, ti.u8)
-        s.numbers[long] += 1
-        s.mixed[byte] += 1
-        s.table[long, byte % 3] = 5
-        s.vectors[ti.cast(i, ti.u32)] = tm.vec3(i)
-
-
-@ti.kernel
 def loops_can_be_serial(s: ti.template()):
     ti.loop_config(serialize=True)
     for i in s.numbers:
@@ -145,11 +113,8 @@ def loops_can_be_serial(s: ti.template()):
 
 KERNELS = [
     whole_elements_are_read_and_written,
-    some_components_are_written_together,
     elements_are_exchanged,
-    fields_are_read_in_branches_and_afterwards,
     atomic_functions_change_numbers,
-    indices_are_of_any_kind_of_integers,
     loops_can_be_serial,
 ]
 
@@ -166,41 +131,6 @@ def test_kernels_do_what_they_do_with_fields_of_taichi(kernel):
     assert any((found[name] != before[name]).any() for name in found)
     for name, expected in other.numbers_of_all().items():
         np.testing.assert_array_equal(found[name], expected, name)
-
-
-@ti.kernel
-def add_in_inner_loops(s: ti.template()):
-    for i in range(2):
-        for j in s.numbers:
-            s.mark[j] += i + 1
-        for j, k in s.table:
-            s.count[None] += 10 * j + k
-
-
-def test_inner_loops_have_the_same_indices():
-    """Which Taichi's own fields do not have."""
-    store = Store()
-    for field in (store.mark, store.count):
-        field.fill(0)
-    add_in_inner_loops(store)
-    assert store.mark.to_numpy().tolist() == [3] * ROWS
-    assert store.count[None] == 2 * (10 * COLUMNS * 10 + ROWS * 3)
-
-
-@ti.kernel
-def combined(s: ti.template(), factor: float, added: ti.types.ndarray(ndim=1)) -> tm.vec3:
-    for i in s.numbers:
-        s.numbers[i] = factor * s.mark[i] + added[i]
-    return s.mixed[1] * factor
-
-
-def test_a_kernel_has_its_own_arguments_and_a_value_as_well():
-    store = Store()
-    added = np.arange(ROWS, dtype=np.float32)
-    for factor in (2, 3):
-        found = combined(store, factor, added)
-        assert found.to_list() == (factor * store.mixed.to_numpy()[1]).tolist()
-        np.testing.assert_array_equal(store.numbers.to_numpy(), factor * store.mark.to_numpy() + added)
 
 
 @ti.kernel
