@@ -83,21 +83,19 @@ _HOME_OF = {
 _PACKAGES = ("cluster", "course", "studies", "teaching")
 
 
-# Without the names whose folder was taken off, see ``system.wings``; to ask for one of these says what is missing.
-_THERE = {name.removesuffix(".py") for name in _os.listdir(_os.path.dirname(__file__))}
-__all__ = ["__version__", *(name for name, home in _HOME_OF.items() if home.split(".")[0] in _THERE)]
+__all__ = ["__version__", *_HOME_OF]
 
 
 def __getattr__(name: str) -> object:
     if name not in _HOME_OF and name not in _PACKAGES:
         raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
-    wing = _importlib.import_module("taichi_tracer.system.wings").wing
+    import_quickly = _importlib.import_module("taichi_tracer.system.importing").import_quickly
     if name in _PACKAGES:
-        return wing(name)
-    value = getattr(wing(_HOME_OF[name]), name)
+        return import_quickly(f"taichi_tracer.{name}")
+    value = getattr(import_quickly(f"taichi_tracer.{_HOME_OF[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, *_THERE.intersection(_PACKAGES)])
+    return sorted([*__all__, *_PACKAGES])

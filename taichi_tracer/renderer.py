@@ -17,10 +17,10 @@ from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import HeldExpr, held
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
 from taichi_tracer.system.threads import inside_kernel
-from taichi_tracer.system.wings import wing
 from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, USUAL_LIGHT, WEIGHTS
 
 if TYPE_CHECKING:
@@ -433,5 +433,5 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
 def __getattr__(name: str) -> Any:
     """``EnvISRenderer``, which only the course has."""
     if name == "EnvISRenderer":
-        return wing("course.environment_sampling", name).EnvISRenderer
+        return import_quickly("taichi_tracer.course.environment_sampling").EnvISRenderer
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -24,7 +24,7 @@ from taichi_tracer.mesh_parts import surface_of
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
-from taichi_tracer.system.wings import wing
+from taichi_tracer.system.importing import import_quickly
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -186,7 +186,7 @@ def load_scene_data(
     if is_file(options.get("background", FILE)):
         options.pop("background", None)
     if is_document(path):
-        return scene_of_document(wing("rt3.document", str(path)).read_rt3(path), **options)
+        return scene_of_document(import_quickly("taichi_tracer.rt3.document").read_rt3(path), **options)
     mesh = read(path)
     if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
@@ -264,7 +264,7 @@ def load_mesh(name_or_path: str | Path) -> Mesh:
     """The ``Mesh`` of a file or of a shipped scene, for ``group`` and ``Instances``, and for ``scene_from_mesh``."""
     path = find_scene(name_or_path)
     if is_document(path):
-        return wing("rt3.document", str(path)).read_rt3(path).mesh
+        return import_quickly("taichi_tracer.rt3.document").read_rt3(path).mesh
     return read(path)
 
 

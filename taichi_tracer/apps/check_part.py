@@ -13,8 +13,8 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.registry import class_name, load_parts
-from taichi_tracer.system.wings import is_there, wing
 
 RIGHT, WRONG = 0, 1  # exit codes
 
@@ -57,7 +57,7 @@ def checked(part: Any) -> tuple[bool, list[str]]:
     kind = "view" if getattr(part, "what", "") == "view" else part.kind
     title = f"{kind} {part.name} ({class_name(part)})"
     print(title)
-    steps = wing("contracts.steps", "check-part").steps_of(part)
+    steps = import_quickly("taichi_tracer.contracts.steps").steps_of(part)
     lines, is_right = [], True
     for what, check in steps:
         is_right, line = outcome(what, check)
@@ -68,7 +68,7 @@ def checked(part: Any) -> tuple[bool, list[str]]:
     if not steps:
         lines.append("  nothing is checked: it describes none of the materials that are tried, or it only joins parts")
         print(lines[-1])
-    drawings = wing("contracts.plots", "check-part").plots_of(part) if steps and is_there("studies") else []
+    drawings = import_quickly("taichi_tracer.contracts.plots").plots_of(part) if steps else []
     text = "<br>".join(html.escape(line.strip()) for line in lines)
     return is_right, [f"<h2>{html.escape(title)}</h2><p>{text}</p>", *drawings]
 

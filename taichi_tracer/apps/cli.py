@@ -21,7 +21,6 @@ from taichi_tracer.apps.waiting import CompilingLine
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
 from taichi_tracer.system import clock, compiling, leftovers
 from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
-from taichi_tracer.system.wings import missing_wing
 
 RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
 
@@ -58,18 +57,15 @@ def main(argv: list[str] | None = None) -> int:
         leftovers.remove()
         if isinstance(error, CannotCompileError) and importlib.import_module(RUNTIME).go_on_with_the_cpu(error.args[0]):
             return main(argv)
-        text = text_of(error, words, parts)
+        text = text_of(error, parts)
         if text is None or "--debug" in words:
             raise
         print(f"taichi-tracer{text}", file=sys.stderr)
         return USER_ERROR
 
 
-def text_of(error: Exception, words: Sequence[str], parts: Sequence[str]) -> str | None:
+def text_of(error: Exception, parts: Sequence[str]) -> str | None:
     """What the user is told about an error in one line, after the name of the program; None for an error of ours."""
-    if (wing := missing_wing(error)) is not None:
-        command = next((word for word in words if not word.startswith("-")), "")
-        return f" {command}: this installation has no taichi_tracer/{wing}"
     is_users = isinstance(error, (InputError, StaleSceneError, OSError))
     text = str(error) if is_users else load("faults:text_of_fault")(error, parts)
     return None if text is None else f": error: {' '.join(text.split())}"

@@ -16,7 +16,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP_KEYS
-PLOT_HEIGHT = 170  # pixels, of the drawing of errors against time under the settings
 ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
 FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
@@ -91,12 +90,8 @@ class Panels:
             with gui.sub_window(f"Control Panel{size}", *place) as panel:
                 self.draw_control_panel(panel)
         if layout.right > 0:
-            counter = LineCounter()
-            self.draw_settings(counter)
-            self.viewer.screen.let_plot(layout.height - PLOT_HEIGHT >= counter.height)
-            down = layout.height - PLOT_HEIGHT * self.viewer.screen.has_plot
-            place = (layout.width - layout.right) / width, 0.0, layout.right / width, down / height
-            with gui.sub_window(f"Settings{size}x{down}", *place) as panel:
+            place = (layout.width - layout.right) / width, 0.0, layout.right / width, layout.height / height
+            with gui.sub_window(f"Settings{size}", *place) as panel:
                 self.draw_settings(panel)
         if self.shows_help:
             x, y = layout.left + HELP_PLACE, HELP_PLACE
@@ -230,37 +225,6 @@ class Panels:
             self.renderer.set_display(exposure=round(exposure / EXPOSURE_STEP) * EXPOSURE_STEP)
         if tone is not display.part:
             self.renderer.set_display(tone=tone)
-
-
-class LineCounter:
-    """A panel that shows nothing, on which nothing is ever moved or pressed; it adds up the height of what is drawn."""
-
-    def __init__(self) -> None:
-        self.height = TITLE_HEIGHT
-
-    def text(self, text: str) -> None:
-        """A line of text."""
-        self.height += TEXT_HEIGHT
-
-    def button(self, label: str) -> bool:
-        """A button."""
-        self.height += BUTTON_HEIGHT
-        return False
-
-    def checkbox(self, label: str, value: bool) -> bool:
-        """A checkbox."""
-        self.height += BUTTON_HEIGHT
-        return value
-
-    def slider_int(self, label: str, value: int, low: int, high: int) -> int:
-        """A slider of whole numbers."""
-        self.height += BUTTON_HEIGHT
-        return value
-
-    def slider_float(self, label: str, value: float, low: float, high: float) -> float:
-        """A slider; as that of ``ti.ui``, it returns f32."""
-        self.height += BUTTON_HEIGHT
-        return float(np.float32(value))
 
 
 def draw_bounces(panel, control: BouncesControl) -> tuple[int, int | None] | None:

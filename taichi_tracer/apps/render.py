@@ -27,8 +27,8 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.stopwatch import READ, stage
-from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
 GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
@@ -122,7 +122,7 @@ def check_profile(pictures: Sequence[Path]) -> None:
 
 def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest, path: Path) -> bool:
     """Write how a picture of a student's files differs from the package's own; False if it went elsewhere."""
-    course = wing("course.use", "--against").in_use()
+    course = import_quickly("taichi_tracer.course.use").in_use()
     if course is None:
         raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
 

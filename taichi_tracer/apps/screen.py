@@ -78,13 +78,13 @@ class Screen:
 
     Attributes:
         layout: where everything is.
-        has_panels, has_plot: whether the panels, and the drawing below the right one, may be shown.
+        has_panels: whether the panels may be shown.
         pixels: (width, height, 3) uint8 for ``ti.ui``, with y up. It is an array and not a field, because a new field
             for every size of the window would have to be compiled.
     """
 
     def __init__(self, window: tuple[int, int], picture: tuple[int, int]) -> None:
-        self.picture, self.has_panels, self.has_plot = picture, True, True
+        self.picture, self.has_panels = picture, True
         self.resize(window)
 
     def resize(self, window: tuple[int, int]) -> None:
@@ -97,19 +97,6 @@ class Screen:
         at, display = self.layout, renderer.display
         place = tm.ivec4(at.x, at.y, at.shown_width, at.shown_height)
         _copy(renderer.canvas, self.pixels, place, renderer.srgb, display.part, display.scale)
-
-    def let_plot(self, may_be_shown: bool) -> None:
-        """Say whether there is room for a drawing below the right panel; if not, it is removed."""
-        if self.has_plot and not may_be_shown and self.layout.right > 0:
-            self.pixels[self.layout.width - self.layout.right :] = BACKGROUND
-        self.has_plot = may_be_shown
-
-    def put_plot(self, plot: np.ndarray) -> None:
-        """Copy a drawing, (h, w, 3) with the top row first, to the bottom of the right margin, if it has room there."""
-        height, width = plot.shape[:2]
-        if self.has_plot and self.layout.right >= width and self.layout.height >= height:
-            drawing = np.floor(255 * plot[::-1] + 0.5).astype(np.uint8)
-            self.pixels[self.layout.width - width :, :height] = drawing.swapaxes(0, 1)
 
 
 @ti.kernel

@@ -20,15 +20,14 @@ from pathlib import Path
 import taichi as ti
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps import clipboard, pace
+from taichi_tracer.apps import pace
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.display import can_open_window, screen_size
-from taichi_tracer.apps.panels import PLOT_HEIGHT, Panels, wrap
-from taichi_tracer.apps.plot import draw_curves
+from taichi_tracer.apps.panels import Panels, wrap
 from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.same_again import as_command, camera_words, name_of_light, position_of
-from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
+from taichi_tracer.apps.screen import Screen, first_size
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
@@ -129,9 +128,6 @@ class Viewer:
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
         self.preview, self.moves = Preview(), False
-        # The name of an estimator → (seconds, error) since its picture was begun; and which picture these are of.
-        self.curves: dict[str, list[tuple[float, float]]] = {}
-        self.curves_of: tuple = ()
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -188,7 +184,6 @@ class Viewer:
         size = self.window.get_window_shape()
         if size != (self.screen.layout.width, self.screen.layout.height) and min(size) > 0:
             self.screen.resize(size)
-            self.error_at = 0.0  # draw the curve again
 
     def take_choice(self) -> None:
         """Do what was chosen in the panels, and render the first sample, which compiles what it needs."""
@@ -277,25 +272,11 @@ class Viewer:
         now = time.perf_counter()
         if self.renderer.samples <= self.last_samples:  # begun anew since the last frame
             self.started, self.error = now, math.nan
-            if self.curves_of != self.picture():
-                self.curves, self.curves_of = {}, self.picture()
-            self.curves[self.renderer.active.name] = []
         self.last_samples = self.renderer.samples
         if now - self.error_at > pace.ERROR_EVERY and not self.moves:
             self.error, self.error_at = self.renderer.error(), now
-            name = self.renderer.active.name
-            curve = self.curves.setdefault(name, [])
-            curve.append((now - self.started, float(self.error)))
-            curve[:] = pace.thinned(curve)
-            self.screen.put_plot(draw_curves(self.curves, name, PANEL_WIDTH, PLOT_HEIGHT))
         error = "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
         return f"Time: {now - self.started:.1f} s{error}"
-
-    def picture(self) -> tuple:
-        """What the curves of all estimators have in common: light, scene and camera, and nothing of the estimator."""
-        scene, camera = self.choices.scene, position_of(self.renderer.camera)
-        parts = scene.ray_intersector.triangle_test, scene.lamps.choice.name, self.choices.environment
-        return (*parts, name_of_light(self.renderer), *((name, repr(value)) for name, value in camera.items()))
 
     def tell(self, *texts: str) -> None:
         """Show texts in the panel."""
@@ -313,10 +294,10 @@ class Viewer:
         self.tell(*told)
 
     def copy_camera(self) -> None:
-        """Print the camera as options of the command line, and write them to the clipboard if there is one."""
+        """Print the camera as options of the command line."""
         words = shlex.join(camera_words(self.renderer.camera))
         print("Camera:", words, flush=True)
-        self.tell("Camera copied and printed" if clipboard.copy(words) else "Camera printed on the terminal")
+        self.tell("Camera printed on the terminal")
 
     def reset(self) -> None:
         """The camera, the speed and the white of the beginning."""

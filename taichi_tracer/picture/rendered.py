@@ -18,9 +18,9 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.looks import looks_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.system.threads import one_at_a_time
-from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display, fitting_exposure
 
@@ -219,7 +219,7 @@ class RenderedPicture:
         Raises:
             InputError: the picture has no such pixel, or the pixel no such sample.
         """
-        return wing("explain.pixel").explained(self, column, row, sample, samples)
+        return import_quickly("taichi_tracer.explain.pixel").explained(self, column, row, sample, samples)
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""

@@ -25,7 +25,6 @@ from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned, check_part, replaced, unfinished
 from taichi_tracer.system.threads import one_at_a_time
-from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
@@ -153,7 +152,7 @@ class Registry:
             return
         self._loaded.add(kind)
         modules = []
-        for name in filter(is_there, HOMES[kind][0]):
+        for name in HOMES[kind][0]:
             module = import_quickly(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
             modules += [module, *(import_quickly(f"taichi_tracer.{name}.{part}") for part in found)]
@@ -195,7 +194,7 @@ def load_parts(path: str) -> list:
     """
     file = Path(path).expanduser().resolve()
     if file.is_dir():
-        used = wing("course.use", path).use(path)
+        used = import_quickly("taichi_tracer.course.use").use(path)
         for text in used.errors.values():
             warnings.warn(f"{text}; the package's own is used", stacklevel=2)
         return []

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.wings import is_there, wing
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.teaching import kept, outline, submissions, temporary
 from taichi_tracer.teaching.base import (
     CRASHED,
@@ -155,8 +155,7 @@ def grade(
     pictures: dict[str, np.ndarray] = {}
     try:
         unpacked = submissions.unpack(submitted, work / "files", assignment.files)
-        if is_there("course"):
-            wing("course.files").correct_notes(unpacked, assignment.name, assignment.files)
+        import_quickly("taichi_tracer.course.files").correct_notes(unpacked, assignment.name, assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.source import plain
-from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching.base import CRASHED, MISSING, Arrays, Assignment, Part
 from taichi_tracer.teaching.outline import in_order
 from taichi_tracer.teaching.reading import module_of
@@ -99,8 +99,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
     of files that import each other as they are.
     """
-    course = wing("course.files") if is_there("course") else None
-    of_course = None if course is None else course.folder_of_course(folder, assignment.files)
+    of_course = import_quickly("taichi_tracer.course.files").folder_of_course(folder, assignment.files)
     if of_course is not None:
         return load_of_course(of_course, assignment)
     solution = solution_of(assignment)
@@ -121,7 +120,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
 
 def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their borders."""
-    files, borders = wing("course.files"), wing("course.borders")
+    files, borders = import_quickly("taichi_tracer.course.files"), import_quickly("taichi_tracer.course.borders")
     found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
     graduate = files.GRADUATE.get(assignment.name, {})
     folder = found.folder

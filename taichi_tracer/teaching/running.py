@@ -16,11 +16,11 @@ import taichi as ti
 
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.system.seams import in_kernels
-from taichi_tracer.system.wings import wing
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
 from taichi_tracer.teaching.loading import OK, Answer, Loaded, crash, is_method, solution_of
@@ -53,7 +53,7 @@ def own_method(cls: type, name: str) -> object | None:
 
 def is_asked(part: Part, student: Loaded, assignment: Assignment) -> bool:
     """Whether a part is judged: the handouts of the course do not ask for all of them, and some are optional."""
-    if student.is_of_course and not wing("course.files").asks_for(assignment.name, part.name):
+    if student.is_of_course and not import_quickly("taichi_tracer.course.files").asks_for(assignment.name, part.name):
         return False
     return not part.is_optional or is_handed_in(part, student)
 

@@ -2,11 +2,8 @@
 
 import sys
 
-import pytest
-
-from taichi_tracer.apps import commands, grammar
+from taichi_tracer.apps import commands
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.system import wings
 
 HELLO = """
 HELP = "say hello"
@@ -40,14 +37,3 @@ def test_a_new_command_is_a_new_file(tmp_path, monkeypatch, capsys):
     finally:
         sys.modules.pop(f"{commands.__name__}.hello", None)
     assert capsys.readouterr().out == "hello you\n"
-
-
-@pytest.mark.parametrize("module", ["taichi_tracer.no_wing", "taichi_tracer.no_wing.file"])
-def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
-    def fails(args):
-        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
-
-    monkeypatch.setattr(wings, "WINGS", {"no_wing": "does nothing"})
-    monkeypatch.setattr(grammar, "load", lambda target: fails)
-    assert main(["info", "cube"]) == 2
-    assert capsys.readouterr().err == "taichi-tracer info: this installation has no taichi_tracer/no_wing\n"
