@@ -85,17 +85,27 @@ BROKEN = {
 }
 
 
+ALIKE = "triangle_id", "distance", "barycentric"  # views that share their code with another
+
+
 @pytest.fixture(scope="module")
 def shots():
-    """Pictures of all views, the broken ones among them, from one scene in each precision."""
-    return views.shots_of([*(part for part in PARTS.all("integrator") if is_view(part)), *(cls() for cls in BROKEN)])
+    """Pictures of the views, from one scene in each precision."""
+    return views.shots_of([one for one in PARTS.all("integrator") if is_view(one) and one.name not in ALIKE])
 
 
-@every("integrator", is_view, ("triangle_id", "distance", "barycentric"))
+@every("integrator", is_view, ALIKE)
 def test_view(part, shots):
     views.check_view(part, shots)
 
 
+@pytest.fixture(scope="module")
+def broken_shots():
+    """Pictures of the broken ones."""
+    return views.shots_of([cls() for cls in BROKEN])
+
+
+@pytest.mark.slow
 @broken_parts(BROKEN)
-def test_broken_view_is_found(broken, reason, shots):
-    check_fails(broken, lambda part: views.check_view(part, shots), reason)
+def test_broken_view_is_found(broken, reason, broken_shots):
+    check_fails(broken, lambda part: views.check_view(part, broken_shots), reason)

@@ -33,7 +33,7 @@ SLANTED = np.array([0.6, 0.8, 0])
 CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
 SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}, "rt3/all_lights": {}}
 NAMES = ("brdf", "uniform", "hemisphere", "environment", "mis", "mis_balance", "mis_one_sample", *CLASSES)
-EVERY = [("cube", "mis"), ("cornell_box", "path")]
+EVERY = [pytest.param("cube", "mis", marks=pytest.mark.slow), ("cornell_box", "path")]
 
 
 @pytest.mark.parametrize(("scene_name", "name"), EVERY)

@@ -120,6 +120,7 @@ def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
     assert renderer.samples < even.samples / 1.3
 
 
+@pytest.mark.slow
 def test_its_shares_end_with_the_picture(box, soon):
     renderer = tt.A3Renderer(box, SIZE, SIZE).use("mis")
     before = renderer.render(4).image()
