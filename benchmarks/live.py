@@ -27,7 +27,6 @@ from taichi_tracer.apps.session import Session
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 import browser  # noqa: E402 (the browser of the tests)
-import lab  # noqa: E402
 
 CANVAS = "document.querySelector('.tt-live canvas')"
 FRAME = f"Number({CANVAS}.dataset.frame)"
@@ -68,7 +67,6 @@ def main() -> None:
     else:
         with tempfile.TemporaryDirectory() as folder, browser.started(Path(folder)) as page:
             rows += in_browser(page)
-            rows += in_lab(page)
     rows += [watched(), explained()]
     print("| what | asked | measured |\n|---|---|---|")
     for row in rows:
@@ -95,20 +93,6 @@ def in_browser(page: browser.Browser) -> list[tuple[str, str, str]]:
         ("from key press to the changed picture", "≤ 80 ms", told([one[0] for one in pressed], " ms")),
         ("lossless picture after the camera rests", "≤ 300 ms", told([one[1] for one in pressed], " ms")),
     ]
-
-
-def in_lab(page: browser.Browser) -> list[tuple[str, str, str]]:
-    """The row of JupyterLab."""
-    what, asked = "frames per second while orbiting, JupyterLab", "≥ 20"
-    if why := lab.why_no_lab():
-        return [(what, asked, why)]
-    with tempfile.TemporaryDirectory() as folder, lab.started(Path(folder), CODE) as address:
-        page.open(address, 1400, 1000)
-        lab.run_all(page)
-        until(lambda: page.evaluate(f"Boolean({CANVAS} && {CANVAS}.dataset.frame)"))
-        page.evaluate(f"{CANVAS}.scrollIntoView({{ block: 'center' }})")
-        frames_per_second(page)  # compiles what a moving camera needs
-        return [(what, asked, told([frames_per_second(page) for _ in range(RUNS)]))]
 
 
 def frames_per_second(page: browser.Browser) -> float:

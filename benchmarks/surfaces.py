@@ -11,7 +11,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import SIZE, SPP_PER_CALL, THEIR_ESTIMATORS, begin_tiles
+from benchmarks.direct import SIZE, SPP_PER_CALL, THEIR_ESTIMATORS
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture
@@ -27,9 +27,8 @@ VIEW = {"eye": (0.0, 0.5, 2.8), "at": (0.0, 0.0, 0.0), "up": (0.0, 1.0, 0.0), "f
 
 
 def per_sample(scene: tt.SceneData, estimator: str) -> Callable[[], object]:
-    """A call that renders 16 samples of every pixel, in the form that a long rendering takes."""
+    """A call that renders 16 samples of every pixel."""
     renderer = tt.A2Renderer(scene, SIZE, SIZE).use(estimator)
-    begin_tiles(renderer)
     return lambda: (renderer.render(SPP_PER_CALL), ti.sync())
 
 
