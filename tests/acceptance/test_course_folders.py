@@ -78,6 +78,7 @@ def test_a_beginner_with_camera_and_intersector_sees_all_views(tmp_path):
         assert "Camera" not in note
 
 
+@pytest.mark.slow
 def test_what_is_unfinished_is_an_error_with_its_line_where_a_picture_uses_it(tmp_path):
     beginner = folder(tmp_path / "a", ["RayIntersector", *A2_AND_LATER])
     code, said = by_command("render", "cube", "--view", "hit", "--course", beginner, "-o", tmp_path / "a.png")
@@ -127,6 +128,7 @@ def test_a2_without_its_graduate_part_and_with_other_arguments_runs(tmp_path, es
     np.testing.assert_allclose(found, right, rtol=0.025)
 
 
+@pytest.mark.slow
 def test_a_miss_has_id_0_at_the_border(tmp_path):
     """A student reads the material before asking whether the ray hit anything; HitData() is all zeros."""
     asks, reads = (

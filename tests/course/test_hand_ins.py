@@ -49,6 +49,7 @@ def marks(path: Path, name: str, finds: bool = False) -> dict:
 # ── what only graduate students hand in
 
 
+@pytest.mark.slow
 def test_a_method_that_is_missing_is_one_line(tmp_path):
     path = hand_in(tmp_path, {"camera.py": [("def generate_ndc_coords", "def generate_ndc")]})
     part = marks(path, "a1")["Camera.generate_ndc_coords"]
@@ -80,6 +81,7 @@ def test_views_by_a_students_camera_and_intersector_are_the_packages(view, stude
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_what_is_no_file_of_the_course_is_not_taken_for_one(tmp_path):
     assert files.is_of_course(HAND_IN, ["camera.py"])
     solution = catalogue.load("a1").solution_folder

@@ -83,6 +83,7 @@ def test_a_camera_that_moves_starts_the_picture_again(f32):
     assert renderer.camera.eye[None].y > 1
 
 
+@pytest.mark.slow
 def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     scene = load_scene_data(SceneName.SPECULAR_SPHERES, EnvironmentName.GREY)
     renderer = A2Renderer(width=16, height=16, scene_data=scene)
@@ -104,6 +105,7 @@ def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     assert renderer.sample_mode[None] == A2Renderer.SampleMode.BRDF
 
 
+@pytest.mark.slow
 def test_paths_of_the_fourth_assignment(f32):
     renderer = A4Renderer(width=16, height=16, scene_data=load_scene_data(SceneName.CORNELL_BOX))
     renderer.set_shading_implicit()
@@ -128,6 +130,7 @@ def read_in_a_kernel(a3: ti.template(), a4: ti.template(), x: int, y: int) -> tm
     return tm.vec4(a3.mis_plight[None] + 2 * a3.mis_pbrdf[None], bounces, a4.rr_termination_probabilty[None], red)
 
 
+@pytest.mark.slow
 def test_kernels_read_live_values(f32):
     image = np.zeros((2, 4, 3))
     image[1, 3] = 5

@@ -28,6 +28,7 @@ def one_that_hits(renderer):
     return next(found for found in every if found.find("query_segment")[0].values["is_hit"])
 
 
+@pytest.mark.slow
 def test_the_steps_have_the_handouts_names_and_order(picture):
     found = one_that_hits(picture)
     column, row = found.column, found.row

@@ -210,6 +210,7 @@ class CountedTwice(MultipleImportanceSampling):
         return 1.0
 
 
+@pytest.mark.slow
 def test_the_heuristic_of_ones_own_weights_the_picture_and_what_is_explained_of_it():
     view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
     scene = tt.SceneData(Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))]), view=view, environment="white")

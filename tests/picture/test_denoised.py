@@ -61,6 +61,7 @@ def test_the_bias_and_the_noise_that_is_left_are_told_apart(scene, truth, monkey
     assert f"{100 * found.bias:.3g} % is bias that this added; the noise was " in str(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "told"),
     [

@@ -48,7 +48,11 @@ def test_where_nothing_can_be_written_there_is_none(file_in_the_way, monkeypatch
 def test_a_process_ends_well_without_a_home(home, file_in_the_way, tmp_path):
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
-    settings = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
+    settings = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("HOME", "XDG_CACHE_HOME", "TI_OFFLINE_CACHE_FILE_PATH")
+    }
     settings |= {"PYTHONPATH": str(Path(taichi_tracer.__file__).parent.parent)}
     if home == "file in the way":
         settings["HOME"] = str(file_in_the_way)

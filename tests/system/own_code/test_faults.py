@@ -30,7 +30,10 @@ def run(path):
         PARTS.remove(part)
 
 
-@pytest.mark.parametrize("name", WRONG)
+QUICK = sorted(WRONG)[::4]  # acceptance/test_first_mistakes.py has others
+
+
+@pytest.mark.parametrize("name", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in WRONG])
 def test_a_mistake_is_told_in_one_line(name, tmp_path):
     text, told = WRONG[name]
     if patches.apply()["own code"] and ("# here" in text or name == "recursion"):
