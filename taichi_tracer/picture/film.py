@@ -51,7 +51,8 @@ class Film:
     the first 2^m samples, where 2^m is the largest power of two below their number, and half 1 has the others.
     Independent samples need no second half: all of them belong to half 0.
 
-    Sums are in f64. A backend without f64 keeps beside each sum what its additions rounded off.
+    Sums are in f64. Where samples are in f64, too, or where there is no f64, the film keeps beside each sum what its
+    additions rounded off.
 
     Args:
         width, height: size in pixels.
@@ -65,7 +66,7 @@ class Film:
     Attributes:
         canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
         half_count: [x, y, half] the number of samples of each half.
-        total: [x, y, half] the sum of the samples of each half. lost: what it rounded off; only without f64.
+        total: [x, y, half] the sum of the samples of each half. lost: what it rounded off; only if it ``compensates``.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
@@ -94,7 +95,7 @@ class Film:
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
-        self.compensates = not runtime.has_f64()
+        self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
         self.unseen = UnseenLight()
         self.memory = memory.Memory()
@@ -189,7 +190,7 @@ class Film:
 
     @ti.func
     def add_to_half(self, x, y, half, value):
-        """Add a number to the sum of one half of a pixel; without f64, with what earlier additions lost."""
+        """Add a number to the sum of one half of a pixel, with what earlier additions lost, if that is kept."""
         if ti.static(self.compensates):
             self.total[x, y, half], self.lost[x, y, half] = two_sum(
                 self.total[x, y, half], value + self.lost[x, y, half]
@@ -387,7 +388,7 @@ class Film:
         if (self.halves, self.doubles, self.keeps_deviation) != (other.halves, other.doubles, other.keeps_deviation):
             raise InputError("film: samples of different samplers cannot be added")
         n, m = self.counts(), other.counts()
-        mine = {name: self.memory.read(field).copy() for name, field in self._sums().items()}
+        mine = {name: self.memory.read(field) for name, field in self._sums().items()}
         theirs = {name: other.memory.read(field) for name, field in other._sums().items()}
         if self.keeps_deviation:  # Chan et al. 1979
             apart = self._means() - other._means()

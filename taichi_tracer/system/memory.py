@@ -157,9 +157,12 @@ class Memory:
             field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
 
     def clear(self, field: Any) -> None:
-        """Set a field to 0, and all fields that were placed together with it; only if this ``has_arrays``."""
+        """Set all numbers of one of these fields to 0."""
         self.check("field")
-        field.block[...] = 0
+        if self.has_arrays:
+            self.array(field)[...] = 0
+        else:
+            field.fill(0)
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""

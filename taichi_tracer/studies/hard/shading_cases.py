@@ -205,6 +205,7 @@ class Accumulation(RendererCase):
         film = Film(1, 1)
         value = float(runtime.dtype()(0.1))
         _Exposure(film).expose(value, self.samples)
+        film.show()
         mean = film.canvas.to_numpy().astype(np.float64)[0, 0]
         truth = np.array([1, 1 / 3, 1000]) * value
         off = np.abs(mean / truth - 1)

@@ -129,6 +129,12 @@ PATCHES = (
         },
     ),
     Patch(
+        "objects",
+        "0.3 to 0.5 ms of each frame; and a kernel of a file of the course may be a method of our classes",
+        {"taichi:data_oriented": ("cls", "objects:binding_kernels")},
+        needs=("taichi.lang.kernel_impl:_BoundedDifferentiableMethod",),
+    ),
+    Patch(
         "advice",
         "no time: a function of kernels that is called from Python says what to call instead",
         {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "advice:explaining")},
