@@ -279,7 +279,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         return self.film.unseen.counter
 
     def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
-        """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches.
+        """The parts of a sample that nobody watches, for who explains it.
 
         Every pixel takes every sample: ``shares.range_of`` tells the indices of those that it took in the picture.
         """

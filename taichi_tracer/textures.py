@@ -176,11 +176,6 @@ class Textures:
         return found
 
     @ti.func
-    def may_have_hole(self, material_id):
-        """Whether a triangle of this material may have a hole."""
-        return self.places[KINDS * material_id + HOLE, 0] >= 0
-
-    @ti.func
     def coordinates_at(self, hit):
         """(u, v) of a hit; 0 where no surface has a picture."""
         uv = tm.vec2(0)

@@ -31,11 +31,6 @@ class Surface:
         self.normal, self.geometric_normal = hit.normal, hit.geometric_normal
 
     @property
-    def may_be_delta(self) -> bool:
-        """Whether any BRDF of the scene reflects into a single direction."""
-        return any(brdf.is_delta for brdf in self.brdfs)
-
-    @property
     def may_transmit(self) -> bool:
         """Whether any BRDF of the scene lets light through."""
         return any(brdf.transmits for brdf in self.brdfs)

@@ -1,8 +1,8 @@
 """A bounding volume hierarchy for readers: a binary tree of boxes.
 
 A ray that misses a box misses everything in it. ``bvh_build`` makes the tree, where the expected cost of a ray is
-smallest (MacDonald & Booth, "Heuristics for ray tracing using space subdivision", 1990). A ray goes
-down the tree with a stack of the nodes that it still has to visit.
+smallest (MacDonald & Booth, "Heuristics for ray tracing using space subdivision", 1990). A ray goes down
+the tree with a stack of the nodes that it still has to visit.
 """
 
 import numpy as np

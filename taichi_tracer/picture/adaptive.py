@@ -29,8 +29,7 @@ SMALLEST = 1 / 4  # of the mean share: a pixel has at least this one. The pilot 
 # A share goes with this power of the variance. It would be 1/2 if the variance fell as 1/n; but that of pixels at
 # edges, which is large at first, falls as n^(-3/2), for which the best power is 1 / (1 + 3/2).
 POWER = 0.4
-# The smallest mean of the shares: where many passes are taken at once, and where each is taken alone.
-LEAST_MEAN = 1 / 64
+LEAST_MEAN = 1 / 64  # the smallest mean of the shares
 ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved

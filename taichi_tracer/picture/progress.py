@@ -32,7 +32,6 @@ MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from th
 RECENT = 16  # the number of passes over which the time of a sample is measured
 MOST_SAMPLES = 2**32 - 1  # of a pixel: their indices have 32 bits
 AT_ONCE = 0.1  # seconds of passes that are taken with one launch of a kernel, at most
-SURE = 3  # passes from which the time of a pass is known well enough to decide by it
 
 
 def is_number(value: object) -> bool:
@@ -158,11 +157,6 @@ class Progress:
         if self.target.error is not None:
             left.append((self._next_look - self.samples) / self._of_pass)
         return max(1, int(min(left)))
-
-    @property
-    def is_speed_known(self) -> bool:
-        """Whether a few passes have run that compiled nothing."""
-        return len(self._recent) >= SURE
 
     @property
     def compile_seconds(self) -> float:

@@ -86,19 +86,6 @@ class ArrayBlock:
             else:
                 yield child
 
-    def form(self) -> Any:
-        """The axes, the counts, the types and the order of everything in this block."""
-        found = [child.form() if isinstance(child, ArrayBlock) else kind_of(child) for child in self.children]
-        return tuple(self.counts.items()), tuple(found)
-
-    def grow(self, node: Any) -> None:
-        """Make a node of Taichi's tree hold what this block holds."""
-        for child in self.children:
-            if isinstance(child, ArrayBlock):
-                child.grow(node.dense(child.axes, list(child.counts.values())))
-            else:
-                node.place(child)
-
     def cell(self) -> np.dtype:
         """The numpy type of a cell: its children behind each other, each aligned as in C."""
         kinds = [(f"_{k}", *child.element()) for k, child in enumerate(self.children)]
@@ -154,12 +141,6 @@ class Builder(ArrayBlock):
             memory = aligned(math.prod(counts) * cell.itemsize)
             block.share(memory.view(cell).reshape(counts), (), frozenset(), memory)
         return found
-
-    def in_tree(self) -> Any:
-        """Allocate all fields as Taichi does. Returns the tree."""
-        builder = ti.FieldsBuilder()
-        self.grow(builder)
-        return builder.finalize()
 
     def forget(self) -> None:
         """Let Taichi forget the fields, which have no memory yet."""

@@ -4,7 +4,6 @@ On a CPU, the fields are in numpy's memory (``arrays``), which Python frees. Els
 """
 
 import weakref
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -89,24 +88,16 @@ class Memory:
     First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
     between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
     it forgets them: otherwise no kernel could run any more.
-
-    Args:
-        scratch: a name, if only kernels use the fields, and each kernel anew. The fields are Taichi's own then, also on
-            a CPU: LLVM makes faster code of them, and their shapes depend on the machine and not on the scene. All
-            owners that give the same name and place the same fields share them, and therefore also kernels; ``claim``
-            tells whether another one has used them.
     """
 
-    def __init__(self, scratch: str = "") -> None:
+    def __init__(self) -> None:
         if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
             _free_orphans()
         self._lifetime = Lifetime()
-        scratch = scratch if is_starter() else ""
         if not (arrays.are_possible() or is_starter()):
             raise InputError("on this backend, scenes and renderers are made in the thread that started Taichi")
-        self.scratch, self._shared, self._token = scratch, Shared(), object()
-        self.has_arrays = not scratch and arrays.are_possible()
-        self.fields: Any = arrays.Builder() if self.has_arrays or scratch else ti.FieldsBuilder()
+        self.has_arrays = arrays.are_possible()
+        self.fields: Any = arrays.Builder() if self.has_arrays else ti.FieldsBuilder()
         self._tree: Any = None  # of Taichi's fields; or the list of those in numpy's memory
         self._bytes = 0
 
@@ -116,33 +107,9 @@ class Memory:
 
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
-        if self.scratch:
-            self._borrow()
-            return
         self._tree = self.fields.finalize()
         if not self.has_arrays:
             self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
-
-    def _borrow(self) -> None:
-        """Use the fields that another owner has made, or make them."""
-        key = self.scratch, self.fields.form()
-        there, own = _scratch.get(key), list(self.fields.fields())
-        if there is not None and not there.lifetime.is_over():
-            self._shared = there
-            self.fields.forget()
-            for field, other in zip(own, there.fields, strict=True):
-                vars(field).update(vars(other))
-        else:
-            self._shared = _scratch[key] = Shared(self._lifetime, self.fields.in_tree(), own)
-        self._tree = self._shared.tree
-
-    def claim(self) -> None:
-        """Say that from now on these fields hold what this owner lets kernels write."""
-        self._shared.user = self._token
-
-    def is_claimed(self) -> bool:
-        """Whether no other owner that shares these fields has claimed them since this one did."""
-        return not self.scratch or self._shared.user is self._token
 
     def array(self, field: Any) -> np.ndarray:
         """The memory of one of these fields as an array; only if this ``has_arrays``."""
@@ -191,32 +158,16 @@ class Memory:
         if self.has_arrays:
             for field in tree or ():
                 field.free()
-        elif tree is not None and not self.scratch:
+        elif tree is not None:
             _destroy(tree, self._lifetime)
 
     def __del__(self) -> None:
         # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
-        is_own = getattr(self, "_tree", None) is not None and not self.has_arrays and not self.scratch
+        is_own = getattr(self, "_tree", None) is not None and not self.has_arrays
         if is_own and _orphans is not None:
             _orphans.append((self._lifetime, self._tree, self._bytes))
 
 
-@dataclass
-class Shared:
-    """Fields that several owners share.
-
-    Attributes:
-        lifetime: the start of Taichi to which they belong. tree: Taichi's tree of them. fields: in the order of places.
-        user: the owner that has claimed them last.
-    """
-
-    lifetime: Any = None
-    tree: Any = None
-    fields: Any = ()
-    user: Any = None
-
-
-_scratch: dict[tuple[str, Any], Shared] = {}  # by the name and the form of the fields
 _orphans: list[tuple[Lifetime, Any, int]] = []
 
 

@@ -40,7 +40,7 @@ EYE, MIRROR, LOBE = range(len(KINDS))
 IF_HEAVY = 4  # is added to a kind that is only counted if its weight is large
 BITS = len(LEVELS)
 WEIGHT = 0.01  # what a look-up of a narrow lobe is multiplied by, at least, if it was drawn from the lobe itself
-KEPT = 8  # forms of samples that are counted: going back to one of so many compiles nothing
+KEPT = 8  # estimators whose samples are counted: going back to one of so many compiles nothing
 ENOUGH = 1000  # look-ups that met a level: more need not be counted
 
 
