@@ -25,10 +25,7 @@ for case in sys.argv[4:]:
         told.append(f"{case}: {type(error).__name__}: {error}"[:400])
 print(json.dumps([line for line in told if line]))
 """
-FEW = [case for case in cases.quick() if case.startswith("A1 cornell_box")] + [
-    "A1 globe normal",
-    "A1 rt3/forest normal",
-]
+FEW = ["A1 cornell_box normal", "A1 cornell_box distance", "A1 globe normal", "A1 rt3/forest normal"]
 LIGHT = ["A3 cube mis_balance", "A3 specular_spheres mis", "A4 white_room path", "RT3 rt3/all_lights blinn_phong"]
 
 

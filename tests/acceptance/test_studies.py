@@ -45,8 +45,9 @@ def test_a_picture_ends_at_the_error_that_is_asked_for():
 def test_the_errors_of_a_study_fall(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--estimators", "uniform,mis", "--samplers", "independent", "--precisions", "f32", "--fast-math", "off"]
-    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--size", "16"]
-    assert command("accuracy", "cube", *words, "--budget", "60", "--report", "out", "--arch", "cpu") == 0
+    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--size", "16", "--arch", "cpu"]
+    budget = ["--budget", "120"]  # of which most is compiling where other programs are at work
+    assert command("accuracy", "cube", *words, *budget, "--report", "out") == 0
     (file,) = (tmp_path / "out").glob("*.csv")
     rows = list(csv.DictReader(file.open()))
     assert {"estimator", "sampler", "seed", "samples", "seconds", "relative_rmse"} <= set(rows[0])
@@ -66,7 +67,7 @@ def test_no_hard_case_fails_in_the_default_mode(tmp_path, monkeypatch, capfd):
     text = capfd.readouterr().out
     assert "PASS" in text
     assert "FAIL" not in text
-    assert "watertight f32 bvh" in text
+    assert "The default is the mode watertight f32 wide_bvh." in text
     assert json.loads((tmp_path / "hard.json").read_text())
 
 
