@@ -34,8 +34,6 @@ class ProjectiveCamera(CameraSettings):
     Arguments as for ``CameraSettings``.
     """
 
-    from_python = "in Python, camera.rays(x, y) gives the rays of pixels as arrays"
-
     @ti.func
     def generate_ndc_coords(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
         """The point of the image plane in NDC: corners (±1, ±1), x right, y up (A1-4). Arguments as below."""

@@ -41,7 +41,6 @@ class RayIntersector:
 
     kind = "intersector"
     name = ""
-    from_python = "in Python, scene.intersect(origins, directions) gives the hits of many rays as arrays"
     geometry: Geometry  # None before ``bind``
     EPSILON = 1e-7
 

@@ -30,7 +30,6 @@ from taichi_tracer.options import (
 )
 from taichi_tracer.places import Places
 from taichi_tracer.ray_hits import RayHits, as_rays, ray_from, write_hit
-from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.scene_parts import (
     blockers_of,
@@ -82,8 +81,6 @@ class SceneData(KnownAttributes):
         lights_of_file: how many of ``lights`` are from there; they are the first ones.
         notes: what the user should know about the input, one line each.
     """
-
-    from_python = RayIntersector.from_python
 
     @one_at_a_time
     @with_options(SceneOptions, SCENE_DEFAULTS)

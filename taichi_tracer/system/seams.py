@@ -25,7 +25,6 @@ Function = TypeVar("Function", bound=Callable)
 _SHIPPED: dict[type, dict[str, object]] = {}
 # Class → {name of a method: the kind of what it returns}, see ``own_code.kinds``.
 _GIVES: dict[type, dict[str, str]] = {}
-LISTENERS: list[Callable] = []  # are told what ``replaced`` answers: ``listener(part, names)``
 
 
 def seams(*names: str, **gives: str) -> Callable[[Class], Class]:
@@ -78,8 +77,6 @@ def replaced(part) -> tuple[str, ...]:
                 check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
             except OwnCodeError as error:
                 setattr(part if name in own else cls, name, Unfinished(function, error))
-    for listen in LISTENERS:
-        listen(part, names)
     return names
 
 

@@ -18,7 +18,6 @@ from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
-from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import sealed
@@ -125,7 +124,6 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             without_the_packages(subject, part),
             beside_the_solution(part, student, solution, files),
         ):
-            WATCH.is_wanted = True
             arrays = part.run(subject, inputs)
         return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from acceptance import cases
 from acceptance.command import process
 
 CHILD = """

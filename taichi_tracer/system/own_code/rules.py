@@ -14,7 +14,6 @@ import taichi.math as tm
 from taichi.lang.field import Field
 
 from taichi_tracer.system.errors import OwnCodeError
-from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, place, plain, tree_of
 
 ONCE = {"random", "numpy.random", "time", "secrets"}  # modules whose functions run once, when a kernel is compiled
@@ -36,7 +35,6 @@ def check(function: Callable, owner: type) -> None:
             one.check_call(node, call)
         one.check_lists()
         one.note_divisions()
-        WATCH.is_wanted |= one.has_index()
 
 
 def check_fields(function: Callable, of: Any) -> None:
@@ -259,11 +257,6 @@ class Own:
         while node in self.parents:
             node = self.parents[node]
             yield node
-
-    def has_index(self) -> bool:
-        """Whether an element is chosen by an index that is no constant."""
-        found = [node.slice for node in ast.walk(self.tree) if isinstance(node, ast.Subscript)]
-        return any(not isinstance(one, ast.Constant) for one in found)
 
     def note_divisions(self) -> None:
         """``1 // 2``, which is 0."""

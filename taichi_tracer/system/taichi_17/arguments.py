@@ -6,13 +6,11 @@ the strides of the field: those within a cell are constants, those that depend o
 At each launch, the arguments are set to where the fields are then.
 """
 
-import copy
 import functools
 import math
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -25,7 +23,6 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
-from taichi_tracer.system.taichi_17 import questions, shared
 from taichi_tracer.system.taichi_17.components import LooseComponents
 from taichi_tracer.system.varying import KINDS, VaryingInt
 
@@ -168,31 +165,10 @@ class Launch:
         self.numbers = [(one.number, one.name, one.path) for one in numbers]
         self.owners = [weakref.ref(one.owner) for one in numbers]
 
-    def know(self, numbers: dict[int, int]) -> bool:
-        """Note where the objects are among those that the reading met; False if one of them is not.
-
-        Args:
-            numbers: id of an object → its place.
-        """
-        places = [numbers.get(id(reference()), -1) for reference in (*self.fields, *self.owners)]
-        self.places = places
-        return min(places, default=0) >= 0
-
     def is_alive(self) -> bool:
         """Whether all its fields have memory."""
         found = [reference() for reference in self.fields]
         return all(field is not None and field.array is not None for field in found)
-
-    def of(self, objects: list[Any]) -> "Launch | None":
-        """The same for other objects, which are in the same places; None if their fields do not share cells alike."""
-        made = copy.copy(self)
-        found = [objects[place] for place in self.places]
-        fields = found[: len(self.fields)]
-        if any(fields[k].block is not fields[places[0]].block for *_, places in self.slots for k in places):
-            return None
-        made.fields = [weakref.ref(of) for of in fields]
-        made.owners = [weakref.ref(of) for of in found[len(self.fields) :]]
-        return made
 
     def set(self, context: Any) -> None:
         """Set all of them in Taichi's object of a launch."""
@@ -216,6 +192,7 @@ class Launch:
 
 
 readings: list[Reading] = []
+LAUNCHES: "weakref.WeakKeyDictionary[Any, Launch]" = weakref.WeakKeyDictionary()  # Taichi's kernel → its arguments
 
 
 def argument_for(value: Any) -> Argument | None:
@@ -246,9 +223,9 @@ def reading(create: Callable) -> Callable:
         finally:
             readings.pop()
         # Python's object of a kernel that is gone stands for a new one at the same address, too.
-        shared.LAUNCHES.pop(made, None)
+        LAUNCHES.pop(made, None)
         if launch is not None:
-            shared.LAUNCHES[made] = launch
+            LAUNCHES[made] = launch
         return made
 
     return created
@@ -260,12 +237,27 @@ def setting(make: Callable) -> Callable:
     @functools.wraps(make)
     def made(kernel: Any) -> Any:
         context = make(kernel)
-        launch = shared.chosen() or shared.arguments_of(kernel)
+        launch = LAUNCHES.get(kernel)
         if launch is not None:
             launch.set(context)
         return context
 
     return made
+
+
+def reading_again(usual: Callable) -> Callable:
+    """``Kernel.ensure_compiled``, which reads a kernel again whose objects have other fields by now."""
+
+    @functools.wraps(usual)
+    def ensure_compiled(self: Any, *args: Any) -> Any:
+        key = usual(self, *args)
+        launch = LAUNCHES.get(self.compiled_kernels[key])
+        if launch is not None and not launch.is_alive():
+            del self.compiled_kernels[key]
+            key = usual(self, *args)
+        return key
+
+    return ensure_compiled
 
 
 def added_number(argument: Argument, what: str, axis: int) -> Expr:
@@ -362,13 +354,11 @@ def whole_number(index: Any) -> Any:
 
 
 def loading(usual: Callable) -> Callable:
-    """``ASTTransformer.build_Attribute``, which makes an argument of a varying number, and notes what classes have."""
+    """``ASTTransformer.build_Attribute``, which makes an argument of a varying number."""
 
     @functools.wraps(usual)
     def build(context: Any, node: Any) -> Any:
         value = usual(context, node)
-        if isinstance(of := node.value.ptr, (type, ModuleType)):
-            questions.note_static(of, node.attr, value)
         kind = type(value)
         if (kind in KINDS or (kind is tuple and holds_varying(value))) and readings:
             if not context.is_in_static_scope():

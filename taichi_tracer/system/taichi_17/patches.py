@@ -5,7 +5,7 @@ Taichi itself; an import replaces nothing. A patch is left out, with a reason th
 Taichi's version is another one, or if one of its names is missing or has other parameters than are expected. The
 environment variable ``TAICHI_TRACER_PATCHES`` names those that are wanted: ``none``, ``all``, or a list with commas.
 
-No patch changes what a kernel computes, unless the kernel reads beyond a field.
+No patch changes what a kernel computes.
 """
 
 import functools
@@ -86,9 +86,7 @@ PATCHES = (
         {
             "taichi._lib:core.Program.create_kernel": (COMPILED, "arguments:reading"),
             "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "arguments:setting"),
-            "taichi.lang.kernel_impl:Kernel.materialize": ("self key args arg_features", "shared:sharing"),
-            "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "shared:choosing"),
-            "taichi.lang.kernel_impl:_get_global_vars": ("_func", "questions:naming"),
+            "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "arguments:reading_again"),
             "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "arguments:subscripting"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": ("ctx node", "arguments:loading"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_ndrange_for": ("ctx node", "loops:counting"),
@@ -110,17 +108,6 @@ PATCHES = (
         {"taichi.lang.kernel_impl:Kernel.__call__": ("self args kwargs", "kernels:one_at_a_time")},
     ),
     Patch(
-        "bounds",
-        "no time: an index of one's own that is beyond its field is one line, and reads no foreign memory",
-        {
-            "taichi._lib:core.Program.create_kernel": (COMPILED, "bounds:preparing"),
-            "taichi.lang.kernel_impl:Kernel.materialize": ("self key args arg_features", "bounds:reading"),
-            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "bounds:checking"),
-            "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "bounds:keeping"),
-        },
-        needs=("taichi._lib:core.ASTBuilder.expr_alloca", "taichi.lang.impl:begin_frontend_if"),
-    ),
-    Patch(
         "counters",
         "no time: it counts the kernels and their seconds, for messages, profiles and studies",
         {
@@ -133,11 +120,6 @@ PATCHES = (
         "0.3 to 0.5 ms of each frame; and a kernel of a file of the course may be a method of our classes",
         {"taichi:data_oriented": ("cls", "objects:binding_kernels")},
         needs=("taichi.lang.kernel_impl:_BoundedDifferentiableMethod",),
-    ),
-    Patch(
-        "advice",
-        "no time: a function of kernels that is called from Python says what to call instead",
-        {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "advice:explaining")},
     ),
     Patch(
         "own code",
