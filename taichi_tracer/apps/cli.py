@@ -42,8 +42,6 @@ def main(argv: list[str] | None = None) -> int:
     try:
         args = make_parser(parts, words[:1]).parse_args(words)
         args.started = started
-        is_here = getattr(args, "cluster", None) is None
-        args.helper = args.begin() if argv is None and is_here and "begin" in args else None
         load_parts(args.parts)
         return args.command(args)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"

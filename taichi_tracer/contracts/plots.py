@@ -60,7 +60,7 @@ def polar(name: str, draw: Callable) -> str:
     axes.yaxis.set_major_locator(MaxNLocator(3))
     axes.set_facecolor("none")
     axes.legend(fontsize=FONT - 3, loc="upper center", bbox_to_anchor=(0.5, 0.12), frameon=False, labelcolor=INK)
-    return svg_of(figure, name, {})
+    return svg_of(figure, name)
 
 
 def points(sampler: Any) -> list[str]:
@@ -74,7 +74,7 @@ def points(sampler: Any) -> list[str]:
         axes.plot(x, y, ".", color=COLOURS[0], markersize=4)
         axes.set_aspect("equal")
         dress(axes, "")
-        drawings.append(figure_of(svg_of(figure, name, {}), f"{name}: {POINTS} samples of a pixel"))
+        drawings.append(figure_of(svg_of(figure, name), f"{name}: {POINTS} samples of a pixel"))
     return drawings
 
 
@@ -84,7 +84,7 @@ def curve(tone: Any) -> list[str]:
     figure, axes = new_figure()
     axes.plot(x, np.asarray(tone.curve(x.copy())), color=COLOURS[0])
     dress(axes, "")
-    return [figure_of(svg_of(figure, "curve", {}), "what light becomes, from 0 to white")]
+    return [figure_of(svg_of(figure, "curve"), "what light becomes, from 0 to white")]
 
 
 def new_figure(**options: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Do pictures have the mean of a reference, and which light did they not meet?"""
+"""Do pictures have the mean of a reference?"""
 
 import math
 
@@ -6,9 +6,6 @@ import numpy as np
 
 BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
 MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts, so that one rare light cannot decide the test
-LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
-# Of the lit pixels: how many a rare light must concern to be told; and of these, how many may have met it.
-RARE, FEW_MET = 0.05, 0.1
 
 
 def shift_of(
@@ -49,18 +46,3 @@ def blocks_of(values: np.ndarray) -> np.ndarray:
     side = min(BLOCK_SIDE, *values.shape)
     height, width = (n // side for n in values.shape)
     return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
-
-
-def unmet_light(image: np.ndarray, reference: np.ndarray) -> tuple[int, int] | None:
-    """(pixels that met a rare light, pixels that it lights), or None if no light is rare.
-
-    In a picture whose samples seldom meet what lights the scene, nearly all of the pixels that this light brightens are
-    less than half as bright as in the reference, and the few that met it are more than twice as bright.
-    """
-    shown, true = image.sum(axis=2), reference.sum(axis=2)
-    lit = true > LIT * true.mean()
-    dark, bright = lit & (shown < true / 2), lit & (shown > 2 * true)
-    concerned = int(dark.sum() + bright.sum())
-    if concerned < RARE * lit.sum() or bright.sum() > FEW_MET * concerned:
-        return None
-    return int(bright.sum()), concerned

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from taichi_tracer.options import EnvironmentChoice
     from taichi_tracer.scene_data import SceneData
-    from taichi_tracer.studies.convergence import Study
+    from taichi_tracer.studies.study import Study
 
 
 class Accuracy(NamedTuple):
@@ -44,7 +44,6 @@ def accuracy(
     max_bounces: Sequence[int] | None = None,
     roulettes: Sequence[str | float] | None = None,
     rr_start_bounce: int | None = None,
-    every: bool = False,
 ) -> Accuracy:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
 
@@ -56,22 +55,23 @@ def accuracy(
         scene: a name, a path, or a ``SceneData``.
         environment: what lights it, or "none"; None takes the scene's own light, or the studio if it has none.
         size: width and height.
-        budget: seconds in all, compilation and report included. What does not fit is left out, and named.
-        seeds: renderings of every variant, at least, as far as the budget allows.
+        budget: seconds of measuring. Starting and compiling come before.
+        seeds: pictures of every variant.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
         estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors,
-            lamp_choices, max_bounces, roulettes: what is compared; None takes ``variants.usual``. A
-            scene that is rendered here keeps the running precision and fast math.
+            lamp_choices, max_bounces, roulettes: what is compared. If several values of one are given, only what is
+            given is compared; otherwise ``variants.USUAL``. A scene that is rendered here keeps the running precision
+            and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.
-        every: compare every combination, instead of changing one setting at a time.
     """
     return _measured(perf_counter(), **locals())
 
 
 def _measured(start: float, **given: Any) -> Accuracy:
     """What ``accuracy`` finds; ``given`` are its arguments, among them the knobs by their names in ``variants``."""
-    from taichi_tracer.studies import accuracy_report, schedule, variants
-    from taichi_tracer.studies.source import Order, Source, lives_here_alone
+    from taichi_tracer.studies import accuracy_report, variants
+    from taichi_tracer.studies.source import Source, lives_here_alone
+    from taichi_tracer.studies.study import Measurement
     from taichi_tracer.system import runtime
 
     report, first = given["report"], given["rr_start_bounce"]
@@ -81,11 +81,8 @@ def _measured(start: float, **given: Any) -> Accuracy:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
         knobs |= {name: value for name, value in running.items() if knobs[name] is None}
-    plan = variants.plan(variants.RR_START if first is None else first, given["every"], **knobs)
-    accuracy_report.get_ready()
-    keep = accuracy_report.DRAWING + (0.0 if report is None else accuracy_report.WRITING)
-    wanted = given["size"], given["budget"], given["seeds"]
-    study = schedule.measure(Order(source, tuple(plan), *wanted, perf_counter() - start, keep))
+    plan = variants.plan(3 if first is None else first, **knobs)
+    study = Measurement(source, plan, given["size"], given["budget"], given["seeds"], started=start).run()
     if report is not None:
         accuracy_report.write(study, Path(report))
     return found(study)
@@ -95,10 +92,16 @@ def found(study: "Study") -> Accuracy:
     """What a study found, for a notebook."""
     import numpy as np
 
-    from taichi_tracer.studies import accuracy_report, accuracy_tables
+    from taichi_tracer.studies import accuracy_report
 
-    rows = accuracy_tables.efficiency_table(study)
-    table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    table = {
+        "variant": np.array([curve.label for curve in study.curves]),
+        "samples": np.array([curve.samples for curve in study.curves]),
+        "seconds": np.array([curve.whole[0][-1].seconds for curve in study.curves]),
+        "error": np.array([curve.error.value for curve in study.curves]),
+        "seconds per sample": np.array([curve.sample_seconds.value for curve in study.curves]),
+        "compile seconds": np.array([curve.compile_seconds for curve in study.curves]),
+    }
     figure = accuracy_report.draw(study)
     try:
         import pandas

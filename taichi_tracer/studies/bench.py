@@ -1,11 +1,8 @@
-"""Where the pictures of a study are rendered: one Taichi, its scenes and renderers, and the time of every block.
-
-The study itself knows no Taichi. It asks a ``Bench``, which is in a process of its own (``workers``), or in that of the
-caller where the scene is the caller's.
-"""
+"""Renders the variants of a study: in a process of its own, or in that of the caller if the scene is the caller's."""
 
 import time
-from dataclasses import dataclass
+from concurrent.futures import Future
+from typing import Any, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -18,165 +15,117 @@ from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, renderer_of
 from taichi_tracer.system import compiling, registry
-
-WARM_UP = 3  # samples: after them everything is compiled
-TRIAL = 8  # samples more, from which the plan learns what a sample takes
+from taichi_tracer.system.processes import WorkerProcess, serve
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What it took until a variant was ready.
-
-    Attributes:
-        compile_seconds: beyond the time of rendering.
-        new_kernels, seconds_to_save: kernels that were not in Taichi's folder, and what a second run is spared.
-        seconds_per_sample: of the picture, in a short trial.
-    """
-
-    compile_seconds: float
-    new_kernels: int
-    seconds_to_save: float
-    seconds_per_sample: float
-
-
-@dataclass(frozen=True)
-class Shot:
+class Shot(NamedTuple):
     """A picture in the making.
 
     Attributes:
-        seconds: of the samples that were just added. pilot_seconds: of the pilot of adaptive sampling before them.
-        samples: per pixel, all of this seed.
-        image, error: None if the picture was not asked for; the error is what the picture tells of itself.
-        variance: (h, w, 3) of the mean of every pixel; None if it was not asked for.
+        seconds: of the samples that were just added. samples: per pixel, all of this seed.
+        error: what the picture tells of itself. variance: (h, w, 3) of the mean of every pixel.
     """
 
     seconds: float
-    pilot_seconds: float
     samples: int
-    image: np.ndarray | None = None
-    error: RelativeError | None = None
-    variance: np.ndarray | None = None
+    image: np.ndarray
+    error: RelativeError
+    variance: np.ndarray
 
 
 class Bench:
     """Renders the variants of one precision.
 
     Args:
-        source: where the scenes come from. parts: files that register parts of the user.
-        threads: how many processors kernels use; None for all.
+        source: where the scenes come from. size: width and height. parts: files that register parts of the user.
     """
 
-    def __init__(
-        self, source: Source, arch: str = "auto", parts: tuple[str, ...] = (), threads: int | None = None
-    ) -> None:
+    def __init__(self, source: Source, size: tuple[int, int], arch: str = "auto", parts: tuple[str, ...] = ()) -> None:
         for path in parts:
             registry.load_parts(path)
-        self.source, self.arch, self.threads = source, arch, threads
+        self.source, self.size, self.arch = source, size, arch
         self.scenes: dict[tuple, SceneData] = {}
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
-        self.read_seconds: dict[tuple, float] = {}
-        self.is_started = False
 
-    def scene_of(self, variant: Variant) -> SceneData:
-        """The scene of a variant, loaded once; the first one starts Taichi."""
-        if not self.is_started:
-            self.source.start(variant, self.arch, self.threads)
-            self.is_started = True
-        if variant.scene not in self.scenes:
-            start = time.perf_counter()
-            self.scenes[variant.scene] = self.source.load(variant)
-            self.read_seconds[variant.scene] = time.perf_counter() - start
-        return self.scenes[variant.scene]
-
-    def facts(self, variant: Variant) -> SceneFacts:
-        """What the scene of a variant is.
+    def start(self, variant: Variant) -> SceneFacts:
+        """Start Taichi and read the scene of a variant.
 
         Raises:
             InputError: it has no light.
         """
-        scene = self.scene_of(variant)
-        return SceneFacts(
-            self.source.title(scene),
-            scene.source,
-            describe_machine(),
-            scene.lamps.count,
-            scene.environment is not None,
-            scene.geometry.n_primitives,
-            self.read_seconds[variant.scene],
-        )
-
-    def prepare(self, variant: Variant, size: tuple[int, int]) -> Prepared:
-        """Compile a variant, and render a few samples of it."""
-        before, kernels = compiling.seconds_to_save(), compiling.kernels_made()
+        self.source.start(variant, self.arch)
         start = time.perf_counter()
-        renderer = self.renderer_of(variant, size)
-        self.begin(variant, size, 0)
-        renderer.render(WARM_UP, watch=lambda _: None)
-        renderer.film.image(), renderer.film.spread()
-        ti.sync()
-        took, start = time.perf_counter() - start, time.perf_counter()
-        renderer.render(TRIAL)
-        ti.sync()
-        per_sample = (time.perf_counter() - start) / TRIAL
-        return Prepared(
-            max(0.0, took - WARM_UP * per_sample),
-            compiling.kernels_made() - kernels,
-            compiling.seconds_to_save() - before,
-            per_sample,
-        )
+        scene = self.scene_of(variant)
+        seconds = time.perf_counter() - start
+        has_environment = scene.environment is not None
+        return SceneFacts(self.source.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
 
-    def render(
-        self, variant: Variant, size: tuple[int, int], samples: int, seed: int | None = None, wants: str = ""
-    ) -> Shot:
-        """Add samples to the picture of a variant.
+    def scene_of(self, variant: Variant) -> SceneData:
+        """The scene of a variant, loaded once."""
+        if variant.scene not in self.scenes:
+            self.scenes[variant.scene] = self.source.load(variant)
+        return self.scenes[variant.scene]
 
-        Args:
-            seed: begin anew with these random numbers; None goes on.
-            wants: "image" for the picture and its error, "variance" for that of its pixels too.
-        """
-        renderer = self.renderer_of(variant, size)
-        pilot = 0.0
+    def prepare(self, variant: Variant) -> tuple[float, int]:
+        """Compile a variant: (seconds, how many kernels were not found in Taichi's folder)."""
+        start, kernels = time.perf_counter(), compiling.kernels_made()
+        self.render(variant, 1, seed=0)
+        return time.perf_counter() - start, compiling.kernels_made() - kernels
+
+    def render(self, variant: Variant, samples: int, seed: int | None = None) -> Shot:
+        """Add samples to the picture of a variant; with a seed, to a new picture with these random numbers."""
+        renderer = self.renderer_of(variant)
         if seed is not None:
-            self.begin(variant, size, seed)
+            renderer.seed = seed
+            if isinstance(renderer, A4Renderer):
+                renderer.path_settings.set(**variant.paths)
+            renderer.use(variant.estimator).begin_anew()
         start = time.perf_counter()
         renderer.render(samples)
         ti.sync()
-        seconds = time.perf_counter() - start
-        if seed is not None and renderer.progress.pilot is not None:
-            pilot = renderer.progress.pilot.seconds
-        image = error = variance = None
-        if wants:
-            image, error = renderer.film.image(), renderer.error()
-        if wants == "variance":
-            variance = renderer.film.variance_of_mean().astype(np.float32)
-        return Shot(max(seconds - pilot, 0.0), pilot, renderer.samples, image, error, variance)
+        seconds, film = time.perf_counter() - start, renderer.film
+        variance = np.nan_to_num(film.variance_of_mean()).astype(np.float32)
+        return Shot(seconds, renderer.samples, film.image().astype(np.float32), renderer.error(), variance)
 
-    def begin(self, variant: Variant, size: tuple[int, int], seed: int) -> None:
-        """Start the picture of a variant over with other random numbers."""
-        renderer = self.renderer_of(variant, size)
-        renderer.seed = seed
-        as_variant(renderer, variant).begin_anew()
-
-    def renderer_of(self, variant: Variant, size: tuple[int, int]) -> ProgressiveRenderer:
-        """The renderer of a variant; one for all estimators."""
-        width, height = (max(1, int(variant.scale * n)) for n in size)
-        if variant.film not in self.renderers:
-            renderer_class, scene = renderer_of(variant.estimator), self.scene_of(variant)
-            self.renderers[variant.film] = make(renderer_class, scene, variant, (width, height))
-        return self.renderers[variant.film]
+    def renderer_of(self, variant: Variant) -> ProgressiveRenderer:
+        """The renderer of a variant; one for all estimators of a kind."""
+        width, height = (max(1, int(variant.scale * n)) for n in self.size)
+        if variant.renderer not in self.renderers:
+            make, options = renderer_of(variant.estimator), {"sampler": variant.sampler, "adaptive": variant.adaptive}
+            self.renderers[variant.renderer] = make(self.scene_of(variant), width, height, **options)
+        return self.renderers[variant.renderer]
 
 
-def make(
-    renderer_class: type[ProgressiveRenderer], scene: SceneData, variant: Variant, size: tuple[int, int]
-) -> ProgressiveRenderer:
-    """A renderer of a variant."""
-    width, height = size
-    renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    return as_variant(renderer, variant)
+class BenchProcess(WorkerProcess):
+    """A ``Bench`` in a process of its own."""
+
+    program = "from taichi_tracer.studies.bench import work; work()"
+    task = "the study"
 
 
-def as_variant(renderer: ProgressiveRenderer, variant: Variant) -> ProgressiveRenderer:
-    """The renderer, with the estimator of a variant, and with the length of its paths."""
-    if isinstance(renderer, A4Renderer):
-        renderer.path_settings.set(**variant.paths)
-    return renderer.use(variant.estimator)
+def work() -> None:
+    """What the process of a ``BenchProcess`` does until its input ends."""
+    serve(Bench)
+
+
+class BenchHere:
+    """A ``Bench`` in this process, for scenes and parts of the caller that no other process has."""
+
+    bench: Any = None
+
+    def ask(self, method: str, *words: Any) -> Future:
+        """Call a method of the bench now; "open" makes the bench."""
+        future: Future = Future()
+        try:
+            if method == "open":
+                self.bench, result = Bench(*words), None
+            else:
+                result = getattr(self.bench, method)(*words)
+            future.set_result(result)
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def close(self) -> None:
+        """Forget the scenes."""
+        self.bench = None

@@ -2,9 +2,7 @@
 
 import io
 import math
-import re
 import textwrap
-from html import escape
 
 COLOURS = ("#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#6b7f93", "#17a2b8", "#a0664f", "#9aa400", "#d965b0")
 INK, GRID, PAPER = "#1c2733", "#d3dae1", "#ffffff"  # of text and axes, of the lines behind them, of the ground
@@ -78,44 +76,22 @@ def mean(values: list[float]) -> float:
 # ── files ──
 
 
-def svg_of(figure, name: str, titles: dict[str, list[str]]) -> str:
-    """A figure as SVG, to stand in a page whose colours it takes.
+def svg_of(figure, name: str) -> str:
+    """A figure as SVG, to stand in a page whose colours it takes; letters stay letters.
 
     Args:
         name: differs from those of the other drawings of the page, whose identifiers must differ too.
-        titles: group of points → the text that appears while the mouse is over each of them.
     """
-    text = plain_svg(figure, name)
-    for gid, words in titles.items():
-        text = with_titles(text, gid, words)
-    for colour, variable in ((INK, "ink"), (GRID, "grid")):
-        text = text.replace(colour, f"var(--{variable})")
-    return text
-
-
-def plain_svg(figure, name: str) -> str:
-    """A figure as SVG whose letters stay letters."""
     import matplotlib
 
     buffer = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": name, "svg.fonttype": "none", "font.family": "sans-serif"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = buffer.getvalue()
-    return text[text.index("<svg") :]
-
-
-def with_titles(svg: str, gid: str, words: list[str]) -> str:
-    """The SVG, in which the points of a group have titles."""
-    begin = svg.index(f'id="{gid}"')
-    end = svg.find('<g id="', begin)
-    end = len(svg) if end < 0 else end
-    following = iter(words)
-
-    def titled(match: re.Match) -> str:
-        word = next(following, None)
-        return match[0] if word is None else f"{match[1]}><title>{escape(word)}</title></use>"
-
-    return svg[:begin] + re.sub(r"(<use\b[^>]*?)/>", titled, svg[begin:end]) + svg[end:]
+    text = text[text.index("<svg") :]
+    for colour, variable in ((INK, "ink"), (GRID, "grid")):
+        text = text.replace(colour, f"var(--{variable})")
+    return text
 
 
 def png_of(figure) -> bytes:

@@ -1,8 +1,7 @@
 """What would it cost to simulate the effects that a scene does not call for?
 
 The same picture is rendered by code compiled for the scene, by code with one more effect each, and by code with all of
-them. The pictures are equal to the last bit; seconds of compilation
-and milliseconds per sample are not.
+them. The pictures are equal to the last bit; seconds of compilation and milliseconds per sample are not.
 """
 
 import math
@@ -19,13 +18,12 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
-from taichi_tracer.studies.accuracy_sentences import RATIOS, told
-from taichi_tracer.studies.accuracy_tables import kind_of_ratio
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
 SPP, LEAST_SECONDS = 4, 0.04  # samples of a run, and its seconds at least
+SAME = 1.08  # the ends of an interval around 1: times that are the same differ by no more
 USUAL, EVERYTHING = "as the scene needs", "everything"
 
 
@@ -144,14 +142,20 @@ def timed(renderer: ProgressiveRenderer, spp: int) -> float:
     return time.perf_counter() - start
 
 
+def in_words(ratio: float, low: float, high: float) -> str:
+    """A ratio of times with its 95 % interval, or that it cannot be told from 1."""
+    if not low <= 1 <= high:
+        return f"{ratio:.2f} ({low:.2f} to {high:.2f})"
+    return "1.00 (the same)" if high / low < SAME else f"noise ({low:.2g} to {high:.2g})"
+
+
 def table(variants: list[CompiledVariant]) -> list[str]:
     """Lines of text: what each variant took, and how much more than the first; what is only noise is called so."""
     width = max(len(v.name) for v in variants)
     lines = [f"{'compiled for':<{width}}  compile s  ms per sample  {'times the first':<24} picture"]
     for v in variants:
         same = "the same bits" if v.is_equal else "DIFFERENT"
-        numbers = {"ratio": v.ratio, "low": v.low, "high": v.high}
-        ratio = "1" if v is variants[0] else told([kind_of_ratio(**numbers)], numbers, RATIOS)
+        ratio = "1" if v is variants[0] else in_words(v.ratio, v.low, v.high)
         compiling = digits(v.compile_seconds, "9.2f")
         lines.append(f"{v.name:<{width}}  {compiling}  {v.milliseconds:13.2f}  {ratio:<24} {same}")
     return [*lines, "Noise cannot be told from 1. In brackets: the 95 % interval."]

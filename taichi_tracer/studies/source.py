@@ -1,10 +1,9 @@
-"""Where the scenes of a study come from, what it must know of them, and what is ordered."""
+"""Where the scenes of a study come from, and what it must know of them."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,7 @@ LIGHT = "studio"  # what lights a scene that has no light of its own
 NO_LIGHT = "none"  # the name for no environment, as on the command line
 
 
-@dataclass(frozen=True)
-class SceneFacts:
+class SceneFacts(NamedTuple):
     """What a study must know of a scene.
 
     Attributes:
@@ -30,11 +28,9 @@ class SceneFacts:
     """
 
     title: str
-    source: str
     machine: str
     lamps: int
     has_environment: bool
-    primitives: int
     read_seconds: float
 
 
@@ -79,7 +75,7 @@ class Source:
         sky = "" if scene.environment is None else f"under {scene.environment.name}"
         return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
 
-    def check(self, variants: list[Variant]) -> None:
+    def check(self, variants: Sequence[Variant]) -> None:
         """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
         settings = runtime.ensure() if self.here else None
         for variant in variants if self.here else ():
@@ -88,10 +84,10 @@ class Source:
                 advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
                 raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
 
-    def start(self, variant: Variant, arch: str = "auto", threads: int | None = None) -> None:
+    def start(self, variant: Variant, arch: str = "auto") -> None:
         """Bring Taichi into the precision of a variant."""
         if not self.here:
-            runtime.init(arch, variant.precision, variant.fast_math, force=True, threads=threads)
+            runtime.init(arch, variant.precision, variant.fast_math, force=True)
 
     def load(self, variant: Variant) -> SceneData:
         """The scene as a variant wants it, in the running precision.
@@ -129,50 +125,6 @@ def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]
     """The pixels of an environment, and its options, unless others are given."""
     own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
     return environment.pixels, own | options
-
-
-@dataclass(frozen=True)
-class Order:
-    """What is to be measured.
-
-    Attributes:
-        source: the scene. variants: the ways to render it; all others are compared with the first one.
-        size: width and height.
-        budget: seconds in all. spent: of these, what was spent before.
-        seeds: renderings of every variant, as far as the budget allows.
-        keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
-        arch: as for ``runtime.init``. parts: files that register parts of the user.
-    """
-
-    source: Source
-    variants: Sequence[Variant]
-    size: tuple[int, int]
-    budget: float
-    seeds: int
-    spent: float = 0.0
-    keep: float = 0.0
-    arch: str = "auto"
-    parts: tuple[str, ...] = ()
-
-    @property
-    def bench(self) -> tuple:
-        """The arguments of a ``Bench``."""
-        return self.source, self.arch, self.parts
-
-
-def comparable(variants: list[Variant], facts: "SceneFacts") -> tuple[list[Variant], list[str]]:
-    """The variants that can be compared in a scene, and notes on those that cannot.
-
-    Raises:
-        InputError: choices of lamps are compared, and the scene has no lamps.
-    """
-    notes = []
-    if len({v.lamp_choice for v in variants}) > 1 and facts.lamps == 0:
-        raise InputError(f"accuracy: {facts.source} has no surface with Ke > 0, so that no lamp is chosen")
-    if not facts.has_environment and len({v.lookup for v in variants}) > 1:
-        variants = [v for v in variants if v.lookup == variants[0].lookup]
-        notes.append("The scene has no environment, so that its look-up was not compared.")
-    return variants, notes
 
 
 def lives_here_alone(parts: Sequence[str] = ()) -> bool:

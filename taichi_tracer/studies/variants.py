@@ -14,26 +14,23 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
-MAX_BOUNCES, RR_START = 5, 3  # the defaults of ``PathSettings``
 REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
-
-ROULETTES: dict[Any, str] = {NO_ROULETTE: "no roulette", BY_THROUGHPUT: "roulette by throughput"}
 # Attribute of ``Variant`` → what a value of it is called; values of others are names already.
 WORDS: dict[str, Callable[[Any], str]] = {
     "fast_math": lambda is_on: "fast math" if is_on else "no fast math",
-    "adaptive": lambda is_on: "adaptive" if is_on else "no adaptive",
-    "scale": lambda scale: f"resolution x {scale:g}",
-    "intersector": lambda name: name or "the scene's own intersector",
-    "lamp_choice": lambda name: f"lamps by {name}" if name else "the scene's own choice of lamps",
+    "adaptive": lambda is_on: "adaptive" if is_on else "not adaptive",
+    "scale": lambda scale: f"resolution × {scale:g}",
+    "intersector": lambda name: name or "the scene's intersector",
+    "lamp_choice": lambda name: f"lamps by {name}" if name else "the scene's choice of lamps",
     "max_bounces": lambda n: "1 bounce" if n == 1 else f"{n} bounces",
-    "roulette": lambda q: ROULETTES.get(q) or f"roulette q = {q}",
-    "rr_start_bounce": lambda n: f"after bounce {n}",
+    "roulette": lambda q: {NO_ROULETTE: "no roulette", BY_THROUGHPUT: "roulette by throughput"}.get(q, f"roulette {q}"),
+    "lookup": lambda name: f"{name} look-up",
 }
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One setting of every knob.
+    """One value of every knob.
 
     Attributes:
         scale: of the resolution: 0.5 renders half as many pixels along each side.
@@ -52,38 +49,38 @@ class Variant:
     scale: float = 1.0
     intersector: str | None = None
     lamp_choice: str | None = None
-    max_bounces: int = MAX_BOUNCES
+    max_bounces: int = 5
     roulette: str | float = NO_ROULETTE
-    rr_start_bounce: int = RR_START
+    rr_start_bounce: int = 3
 
-    def differences(self, other: "Variant") -> list[str]:
-        """The names of the knobs that are set otherwise."""
-        return [f.name for f in fields(self) if getattr(self, f.name) != getattr(other, f.name)]
+    def difference(self, base: "Variant") -> str:
+        """The name of the knob that has another value than in the first variant; "" for the first variant itself."""
+        return next((f.name for f in fields(self) if getattr(self, f.name) != getattr(base, f.name)), "")
 
-    @property
-    def label(self) -> str:
-        """Estimator, sampler, the bounces of paths, and what differs from the defaults."""
-        usual = Variant(self.estimator, self.sampler, max_bounces=self.max_bounces)
-        bounces = [self.setting("max_bounces")] * self.is_path
-        if self.roulette == NO_ROULETTE:
-            usual = replace(usual, rr_start_bounce=self.rr_start_bounce)
-        others = [self.setting(name) for name in self.differences(usual)]
-        return ", ".join([self.estimator, self.sampler, *bounces, *others])
+    def label(self, base: "Variant") -> str:
+        """The estimator, and what differs from the first variant."""
+        knob = self.difference(base)
+        return self.estimator if knob in ("", "estimator") else f"{self.estimator}, {self.value_in_words(knob)}"
 
-    def setting(self, knob: str) -> str:
-        """One knob in words."""
+    def value_in_words(self, knob: str) -> str:
+        """The value of one knob in words."""
         value = getattr(self, knob)
         return WORDS[knob](value) if knob in WORDS else str(value)
 
     @property
+    def process(self) -> tuple:
+        """Variants in which this is equal are rendered by one process: Taichi runs there in one way."""
+        return self.precision, self.fast_math
+
+    @property
     def scene(self) -> tuple:
-        """The knobs that belong to the scene: variants in which they are equal share one."""
+        """Variants in which this is equal share a scene."""
         return self.lookup, self.triangle_test, self.intersector, self.lamp_choice
 
     @property
-    def film(self) -> tuple:
-        """What variants have in common that share a renderer, and with it one film."""
-        return self.precision, self.fast_math, *self.scene, self.sampler, self.adaptive, self.scale
+    def renderer(self) -> tuple:
+        """Variants in which this is equal share a renderer, and with it a film."""
+        return *self.scene, self.is_path, self.sampler, self.adaptive, self.scale
 
     @property
     def is_path(self) -> bool:
@@ -100,10 +97,10 @@ class Variant:
         return values | {"roulette": COURSE, "rr_termination_probability": self.roulette}
 
 
-DIRECT, PATHS = ("uniform", "brdf", "environment", "mis"), ("implicit", "explicit", "path")
-# What a study compares if nothing is named: the parameters of ``plan``.
+PATHS = ("path", "explicit", "implicit")
+# What a study compares if nothing is named: the arguments of ``plan``, each with the value of the first variant first.
 USUAL: dict[str, tuple] = {
-    "estimators": DIRECT,
+    "estimators": ("mis", "uniform", "brdf", "environment"),
     "samplers": (DEFAULT_SAMPLER, ADAPTIVE_SAMPLER, "independent"),
     "precisions": ("f32", "f64"),
     "triangle_tests": ("watertight", "moller_trumbore"),
@@ -113,17 +110,15 @@ USUAL: dict[str, tuple] = {
     "scales": (1.0, 0.5),
     "intersectors": (None,),
     "lamp_choices": (None,),
-    "max_bounces": (MAX_BOUNCES,),
+    "max_bounces": (5,),
     "roulettes": (NO_ROULETTE,),
 }
 NAMED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "lamp_choices")
 OF_PATHS = ("max_bounces", "roulettes")  # what only paths have
-QUESTIONS = ("lamp_choices", *OF_PATHS)  # whoever asks one of these wants its answer alone
-OF_QUESTIONS = "lamp_choice", "max_bounces", "roulette"  # their attributes of ``Variant``
 
 
 def known(knob: str) -> tuple[str, ...]:
-    """The names that a parameter of ``plan`` can hold, those of registered parts among them."""
+    """The names that an argument of ``plan`` can hold, those of registered parts among them."""
     kinds = {"samplers": "sampler", "triangle_tests": "triangle test", "intersectors": "intersector"}
     kinds |= {"lamp_choices": "lamp choice"}
     if knob in kinds:
@@ -135,75 +130,31 @@ def known(knob: str) -> tuple[str, ...]:
     return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS}[knob]
 
 
-def attribute_of(knob: str) -> str:
-    """The attribute of ``Variant`` that a parameter of ``plan`` sets."""
-    return knob if knob == "max_bounces" else knob.removesuffix("s")
-
-
-def plan(rr_start_bounce: int = RR_START, every: bool = False, **knobs: Sequence | None) -> list[Variant]:
-    """Every estimator with every sampler, and each other knob turned alone, from the last estimator and first sampler.
-
-    These two are those of the first variant.
+def plan(rr_start_bounce: int = 3, **knobs: Sequence | None) -> list[Variant]:
+    """The first variant, and each knob turned alone from it.
 
     Args:
-        every: every combination of all knobs instead.
-        knobs: the values of each of ``USUAL``; what is not given, or None, is chosen by ``usual``. Roulettes are
-            "none", "throughput", or numbers q between 0 and 1. The largest of ``max_bounces`` is that of all variants
-            that turn another knob, and of the reference.
+        knobs: the values of each of ``USUAL``; None is not given. If several values of a knob are given, only what is
+            given is compared; otherwise what ``USUAL`` has. Roulettes are "none", "throughput", or numbers q between 0
+            and 1. The largest of ``max_bounces`` is that of the first variant, and of the reference.
 
     Raises:
         InputError: an unknown name, a number that is out of its range, or estimators that cannot be compared.
     """
     asked = {name: tuple(values) for name, values in knobs.items() if values is not None}
-    chosen = usual(asked) | asked
+    usual = USUAL | {"estimators": PATHS} if any(name in asked for name in OF_PATHS) else USUAL
+    if any(len(values) > 1 for values in asked.values()):
+        usual = {name: values[:1] for name, values in usual.items()}
+    chosen = usual | asked
     check(chosen, rr_start_bounce, [name for name in OF_PATHS if name in asked])
-    chosen["max_bounces"] = tuple(sorted(set(chosen["max_bounces"]), reverse=True))
-    *others, last = chosen["estimators"]
-    chosen["estimators"] = (last, *(name for name in others if name != last))
-    values = {attribute_of(knob): settings for knob, settings in chosen.items()}
-    first = Variant(**{name: settings[0] for name, settings in values.items()}, rr_start_bounce=rr_start_bounce)
-    estimators, samplers = values.pop("estimator"), values.pop("sampler")
-    variants = [replace(first, estimator=e, sampler=s) for e in estimators for s in samplers]
-    for name, settings in values.items():
-        from_these = list(variants) if every else variants[:1]
-        variants += [replace(variant, **{name: value}) for variant in from_these for value in settings[1:]]
-    return variants
+    chosen["max_bounces"] = tuple(sorted(chosen["max_bounces"], reverse=True))
+    values = {knob if knob == "max_bounces" else knob.removesuffix("s"): found for knob, found in chosen.items()}
+    first = Variant(**{name: found[0] for name, found in values.items()}, rr_start_bounce=rr_start_bounce)
+    others = [replace(first, **{name: value}) for name, found in values.items() for value in found[1:]]
+    return list(dict.fromkeys([first, *others]))
 
 
-def usual(asked: dict[str, tuple]) -> dict[str, tuple]:
-    """The parameters of ``plan`` if nothing is named but ``asked``.
-
-    If one of ``QUESTIONS`` has several values, every other parameter keeps one value, so that the budget is spent on
-    this question. If one of ``OF_PATHS`` is given, estimators of paths are compared.
-    """
-    asks_one = any(len(asked.get(name, ())) > 1 for name in QUESTIONS)
-    estimators = PATHS if any(name in asked for name in OF_PATHS) else DIRECT
-    if asks_one:
-        return {name: values[:1] for name, values in USUAL.items()} | {"estimators": estimators[-1:]}
-    return USUAL | {"estimators": estimators}
-
-
-def process_of(variant: Variant, base: Variant) -> tuple:
-    """What the variants of one process have in common: how Taichi runs, and whether they share a film."""
-    return variant.precision, variant.fast_math, variant.film == base.film
-
-
-def is_of_the_chart(variant: Variant, base: Variant) -> bool:
-    """Whether a variant differs from another one only in what the chart of curves compares."""
-    return set(variant.differences(base)) <= {"estimator", "sampler", *OF_QUESTIONS}
-
-
-def by_priority(variants: Sequence[Variant]) -> list[Variant]:
-    """The variants, the ones that a short study keeps first: the base, estimators, then knobs, then all samplers."""
-    groups = {(): 0, ("estimator",): 1, ("sampler",): 2, ("estimator", "sampler"): 4}
-
-    def rank(variant: Variant) -> tuple[int, int]:
-        return groups.get(tuple(variant.differences(variants[0])), 3), variants.index(variant)
-
-    return sorted(variants, key=rank)
-
-
-def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
+def reference_variant(variant: Variant, variants: Sequence[Variant]) -> Variant:
     """What the reference of a variant is rendered with: the package's own parts, whatever is compared with them."""
     choices = {v.lamp_choice for v in variants}
     own = Variant(
@@ -219,7 +170,7 @@ def check(chosen: dict[str, tuple], rr_start_bounce: int, of_paths: list[str]) -
     """Raise an InputError for an unknown name, a number out of its range, or estimators that cannot be compared.
 
     Args:
-        chosen: the parameters of ``plan``. of_paths: those of ``OF_PATHS`` that the user named.
+        chosen: the arguments of ``plan``. of_paths: those of ``OF_PATHS`` that the user named.
     """
     for knob in NAMED:
         for name in (name for name in chosen[knob] if name is not None):

@@ -8,7 +8,7 @@ import pytest
 from taichi_tracer.apps.info import show as show_in_info
 from taichi_tracer.formulas.camera_frame import show
 from taichi_tracer.ray_hits import RayHits
-from taichi_tracer.studies import accuracy_report, effects
+from taichi_tracer.studies import effects
 from taichi_tracer.system.digits import digits, digits_of
 
 
@@ -58,7 +58,6 @@ def test_no_table_shows_minus_zero():
     )
     lines = [
         hits._repr_html_(),
-        accuracy_report.show(-0.0),
         *effects.table(
             [effects.CompiledVariant("a", -0.001, 1.0, True), effects.CompiledVariant("b", -0.0, 1.0, True)]
         ),

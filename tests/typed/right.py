@@ -76,6 +76,6 @@ def rays(vertices: np.ndarray, faces: list[tuple[int, int, int]]) -> np.ndarray:
 
 def study() -> None:
     """What accuracy costs."""
-    table, figure = tt.studies.accuracy("cube", size=(64, 64), budget=30, estimators=("brdf", "mis"), every=False)
+    table, figure = tt.studies.accuracy("cube", size=(64, 64), budget=30, estimators=("brdf", "mis"))
     figure.savefig("chart.png")
     print(table["variant"], tt.scene_names(), tt.__version__)

@@ -15,51 +15,49 @@ HELP = "what accuracy costs in time"
 run = later("accuracy:run")
 
 
-def start_worker():
-    """The first process of a study, which reads its modules while this one reads its own."""
-    from taichi_tracer.studies.workers import StudyWorker
-
-    return StudyWorker()
-
-
 def add_arguments(parser: Parser) -> None:
     """Add what ``accuracy`` takes."""
-    parser.set_defaults(begin=start_worker)
     add_scene_argument(parser)
     add_parts_option(parser)
     add_light_options(parser, f"or none (default: the scene's own light, or {USUAL_LIGHT} where it has none)")
     add_surface_options(parser)
-    knobs = parser.add_argument_group("what is compared", "names with commas, or all; those with a star if not given")
+    knobs = parser.add_argument_group(
+        "what is compared",
+        "values with commas, or all; with several values of one, only what is named is compared; those with a star if "
+        "nothing is named",
+    )
     for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups"):
         keyword = name.replace("-", " ")
         knobs.add_argument(f"--{name}", type=names, metavar="A,B", help=f"which {keyword}")
     knobs.add_argument("--fast-math", choices=("off", "on", "both"), help="default: both")
-    knobs.add_argument("--every", action="store_true", help="every combination, not each knob alone")
-    one = parser.add_argument_group(
-        "questions",
-        "with several values of one of these, the other knobs that are not named keep their first value, and the "
-        "estimator is path, or mis for choices of lamps alone",
-    )
-    one.add_argument("--lamp-choices", type=names, metavar="A,B", help="how a sample chooses among lamps")
-    one.add_argument(
+    knobs.add_argument("--lamp-choices", type=names, metavar="A,B", help="how a sample chooses among lamps")
+    knobs.add_argument(
         "--max-bounces",
         type=wholes,
         metavar="A,B",
         help="how many surfaces may reflect on a path; the largest is that of the reference (default: 5)",
     )
-    one.add_argument(
+    knobs.add_argument(
         "--roulettes",
         type=names,
         metavar="A,B",
         help="none, throughput, or the probability q with which the course's roulette ends a path: 0.2,0.5",
     )
-    one.add_argument("--rr-start-bounce", type=whole, metavar="N", help="after so many, it may end a path (default: 3)")
+    knobs.add_argument(
+        "--rr-start-bounce", type=whole, metavar="N", help="after so many, it may end a path (default: 3)"
+    )
     parser.add_argument("--size", type=size, default="128x128", metavar="WxH", help="pixels (default: %(default)s)")
     parser.add_argument(
-        "--seeds", type=at_least_one, default=3, metavar="N", help="renderings of each (default: %(default)s)"
+        "--seeds", type=at_least_one, default=3, metavar="N", help="pictures of each (default: %(default)s)"
     )
-    parser.add_argument("--budget", type=positive, default=60, metavar="SECONDS", help="in all (default: %(default)s)")
-    parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart, CSV and JSON")
+    parser.add_argument(
+        "--budget",
+        type=positive,
+        default=60,
+        metavar="SECONDS",
+        help="of measuring, after compiling (default: %(default)s)",
+    )
+    parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart and a CSV file")
     parser.add_argument(
         "--check",
         action="store_true",

@@ -1,0 +1,521 @@
+"""Error against seconds: every variant of a study is rendered for the same time, over several seeds.
+
+1. Every variant is compiled, in as many processes at a time as there are processors. The budget begins afterwards.
+2. A reference is rendered for a fifth of the budget.
+3. In each **round**, every estimator renders one picture with a new seed, all for the same time. It is compared with
+   the reference after 1/64, 1/32, … of this time. Other knobs, which are turned alone, get a quarter of the time. So
+   whatever else the machine does meets all variants alike.
+
+The error of a picture is the root of the mean square difference of **all** of its pixels to the reference, as a
+fraction of the reference's mean; the reference's own error is taken off. Errors below twice that of the reference
+cannot be told from it, and are left out.
+
+An interval is that of Student's t over the logarithms of the rounds: in 95 of 100 studies it has the true value.
+"""
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from taichi_tracer.picture.adaptive import PILOT
+from taichi_tracer.picture.bias import shift_of
+from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.metrics import relative_rmse
+from taichi_tracer.studies.bench import BenchHere, BenchProcess, Shot
+from taichi_tracer.studies.source import SceneFacts, Source
+from taichi_tracer.studies.variants import Variant, reference_variant
+from taichi_tracer.system import processors
+from taichi_tracer.system.errors import InputError
+
+TARGETS = (0.05, 0.02, 0.01)  # relative RMSE
+REFERENCE_SHARE = 0.2  # of the budget: with the usual variants, the reference is three times better than the best one
+FURTHER_SHARE = 0.05  # of the budget: each reference of another look-up
+KNOB_SHARE = 0.25  # of the time of an estimator: what a variant gets in which another knob is turned
+OVERHEAD = 1.2  # times the seconds of rendering: with reading and comparing the pictures
+TRIAL_SHARE = 0.05  # of the budget: what all variants render together to learn how long a sample takes
+SHORTEST = 0.13  # of a round: less is left undone
+HALVINGS = 6  # a picture is compared after 1/2^6 of its time, and whenever that has doubled
+JUDGED = 2.0  # times the error of the reference: smaller errors cannot be told
+REFERENCE_SEED, FIRST_SEED = 1_000_003, 1
+CHUNK = 0.5  # seconds of one call at most
+POLL = 0.1  # seconds between two looks at the clock and at the user
+STUDENT = (
+    math.inf,
+    12.71,
+    4.30,
+    3.18,
+    2.78,
+    2.57,
+    2.45,
+    2.36,
+    2.31,
+    2.26,
+)  # 97.5 % of Student's t, by degrees of freedom
+SURE_BIAS = 4.0  # z-score: more is no chance
+
+Tell = Callable[[str, float], None]  # is called with what is done, and with the share of the budget that has passed
+
+
+class StoppedError(Exception):
+    """The user has interrupted the study."""
+
+
+class Interval(NamedTuple):
+    """A positive number, and the ends of its 95 % interval; NaN where it is not known."""
+
+    value: float
+    low: float
+    high: float
+
+    def is_below(self, other: "Interval") -> bool:
+        """Whether the intervals do not overlap, and this one is below."""
+        return self.high < other.low
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether a ratio cannot be told from 1."""
+        return not (self.low > 1 or self.high < 1)
+
+
+def interval(values: Sequence[float]) -> Interval:
+    """The geometric mean of values that were measured independently."""
+    if len(values) == 0 or not all(0 < v < math.inf for v in values):
+        return Interval(math.nan, math.nan, math.nan)
+    logarithms = [math.log(v) for v in values]
+    middle, n = statistics.fmean(logarithms), len(values)
+    factor = math.inf
+    if n > 1:
+        factor = math.exp(STUDENT[min(n, len(STUDENT)) - 1] * statistics.stdev(logarithms) / math.sqrt(n))
+    value = math.exp(middle)
+    return Interval(value, value / factor, value * factor)
+
+
+class Point(NamedTuple):
+    """A picture of one round that was compared: the seconds until then, and its error; NaN where it cannot be told."""
+
+    samples: int
+    seconds: float
+    error: float
+
+
+@dataclass(eq=False)
+class Curve:
+    """What one variant reached.
+
+    Attributes:
+        knob: what differs from the first variant, "" for that one. is_main: whether it is compared over the whole time.
+        compile_seconds, new_kernels: until everything was compiled, and how many kernels no earlier run had compiled.
+        rounds: the points of each picture. finals: its last image and the variance of its pixels.
+        shift, shift_error, bias: how the mean of all pictures differs from the reference, see ``shift_of``.
+    """
+
+    variant: Variant
+    label: str
+    knob: str
+    is_main: bool
+    compile_seconds: float
+    new_kernels: int
+    seconds_per_sample: float = math.nan
+    rounds: list[list[Point]] = field(default_factory=list)
+    finals: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    shift: float = 0.0
+    shift_error: float = 0.0
+    bias: float = math.nan
+
+    def levels(self) -> list[tuple[int, float, float, float, float]]:
+        """(samples, seconds, error, least and largest error of the rounds) wherever pictures were compared."""
+        by_samples: dict[int, list[Point]] = {}
+        for point in (point for points in self.rounds for point in points if point.error > 0):
+            by_samples.setdefault(point.samples, []).append(point)
+        return [
+            (n, statistics.median(p.seconds for p in found), rms(errors), min(errors), max(errors))
+            for n, found in sorted(by_samples.items())
+            if (errors := [point.error for point in found])
+        ]
+
+    @property
+    def whole(self) -> list[list[Point]]:
+        """The rounds that took the whole time."""
+        most = max(points[-1].samples for points in self.rounds)
+        return [points for points in self.rounds if points[-1].samples == most]
+
+    @property
+    def samples(self) -> int:
+        """Per pixel, of the last pictures."""
+        return self.whole[0][-1].samples
+
+    @property
+    def error(self) -> Interval:
+        """The error of the last pictures, which all variants have after the same time."""
+        return interval([points[-1].error for points in self.whole])
+
+    @property
+    def sample_seconds(self) -> Interval:
+        """Seconds of one sample of every pixel."""
+        return interval([points[-1].seconds / points[-1].samples for points in self.whole])
+
+    def seconds_to(self, target: float) -> Interval:
+        """Seconds of rendering to a relative error; unknown if a round did not reach it."""
+        return interval([crossing(points, target) for points in self.whole])
+
+
+def error_after(points: Sequence[Point], seconds: float) -> float:
+    """The error of a picture after so many seconds, between two points or beyond the last by their slope."""
+    known = [(math.log(p.seconds), math.log(p.error)) for p in points if p.error > 0]
+    if len(known) < 2:
+        return math.nan
+    at = math.log(seconds)
+    (x0, y0), (x1, y1) = next(
+        (pair for pair in zip(known, known[1:], strict=False) if at <= pair[1][0]), (known[-2], known[-1])
+    )
+    return math.exp(y0 + (y1 - y0) * (at - x0) / (x1 - x0))
+
+
+class Change(NamedTuple):
+    """What turning a knob changes, as ratios to the first variant.
+
+    Attributes:
+        time: of the seconds of one sample. error: of the errors after the same seconds.
+    """
+
+    time: Interval
+    error: Interval
+
+    @property
+    def verdict(self) -> str:
+        """Whether that pays."""
+        if math.isnan(self.error.value) or self.error.is_noise:
+            return "no clear difference"
+        word = "pays" if self.error.value < 1 else "costs"
+        return f"{word}: × {self.error.value**2:.2g} the time to the same error"
+
+
+def change(base: Curve, other: Curve) -> Change:
+    """What a variant changes: pictures of the same round are compared with each other."""
+    pairs = [(a, b) for a, b in zip(base.rounds, other.rounds, strict=False) if b in other.whole]
+    times = [b[-1].seconds / b[-1].samples / (a[-1].seconds / a[-1].samples) for a, b in pairs]
+    errors = [b[-1].error / error_after(a, b[-1].seconds) for a, b in pairs]
+    return Change(interval(times), interval(errors))
+
+
+def rms(values: Sequence[float]) -> float:
+    """The root of the mean square."""
+    return math.sqrt(statistics.fmean(v * v for v in values))
+
+
+def crossing(points: Sequence[Point], target: float) -> float:
+    """Seconds until the error of a picture is no more than the target, and stays so; infinite if it is not reached."""
+    found, before = math.inf, None
+    for point in points:
+        if math.isnan(point.error):
+            continue
+        if point.error > target:
+            found = math.inf
+        elif before is not None and before.error > target:
+            share = math.log(before.error / target) / math.log(before.error / point.error)
+            found = before.seconds * (point.seconds / before.seconds) ** share
+        elif before is None:
+            found = point.seconds
+        before = point
+    return found
+
+
+@dataclass
+class Truth:
+    """A reference: the picture, its relative error as it tells itself, and the variance of its pixels."""
+
+    image: np.ndarray
+    error: RelativeError
+    variance: np.ndarray
+    samples: int
+
+    @property
+    def mean(self) -> float:
+        """The mean of all pixels."""
+        return float(self.image.mean())
+
+    @property
+    def least_error(self) -> float:
+        """Smaller errors cannot be told from that of the reference."""
+        return JUDGED * float(self.error)
+
+    def error_of(self, image: np.ndarray) -> float:
+        """The relative RMSE of a picture, beyond that of the reference; NaN where it cannot be told from it."""
+        measured = relative_rmse(image, self.image)
+        return math.sqrt(measured**2 - float(self.error) ** 2) if measured > self.least_error else math.nan
+
+    def scaled(self, scale: float) -> "Truth":
+        """The reference for a picture of fewer pixels: the means of blocks of its pixels."""
+        if scale == 1:
+            return self
+        n = round(1 / scale)
+        height, width = (s // n for s in self.image.shape[:2])
+        image, variance = (
+            values[: height * n, : width * n].reshape(height, n, width, n, 3).mean(axis=(1, 3))
+            for values in (self.image, self.variance / n**2)
+        )
+        factor = math.sqrt(variance.mean() / self.variance.mean()) if self.variance.mean() > 0 else 1.0
+        error = RelativeError(self.error * factor, self.error.low * factor, self.error.high * factor)
+        return Truth(image, error, variance, self.samples)
+
+
+@dataclass
+class Study:
+    """Everything that was measured.
+
+    Attributes:
+        facts: the scene, and the machine. curves: of every variant, the first one first.
+        truths: look-up → reference. budget, seconds: of measuring, allowed and taken.
+        start_seconds: until the first process was ready. compiling_seconds: of all variants together.
+        notes: what was not compared, and why.
+    """
+
+    facts: SceneFacts
+    size: tuple[int, int]
+    budget: float
+    curves: list[Curve] = field(default_factory=list)
+    truths: dict[str, Truth] = field(default_factory=dict)
+    seconds: float = 0.0
+    start_seconds: float = 0.0
+    compiling_seconds: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def truth(self) -> Truth:
+        """What the first variant is compared with."""
+        return self.truths[self.curves[0].variant.lookup]
+
+    def truth_of(self, variant: Variant) -> Truth:
+        """What the pictures of a variant are compared with."""
+        return self.truths[variant.lookup].scaled(variant.scale)
+
+    @property
+    def rounds(self) -> int:
+        """How many pictures each variant rendered, at least."""
+        return min(len(curve.rounds) for curve in self.curves)
+
+    @property
+    def equal_seconds(self) -> float:
+        """Of rendering, of the last picture of every estimator."""
+        return statistics.median(points[-1].seconds for curve in self.main for points in curve.whole)
+
+    @property
+    def main(self) -> list[Curve]:
+        """The curves that were rendered for the whole time: of the estimators, or of the only knob that was turned."""
+        return [curve for curve in self.curves if curve.is_main]
+
+
+class Measurement:
+    """A study in progress.
+
+    Args:
+        source: the scene. variants: the ways to render it; all others are compared with the first one.
+        size: width and height. budget: seconds of measuring. seeds: rounds, at least.
+        arch: as for ``runtime.init``. parts: files that register parts of the user.
+        started: when the user pressed the key. tell: told what is done. should_stop: whether the user has had enough.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        variants: Sequence[Variant],
+        size: tuple[int, int],
+        budget: float,
+        seeds: int,
+        arch: str = "auto",
+        parts: tuple[str, ...] = (),
+        started: float | None = None,
+        tell: Tell = lambda what, share: None,
+        should_stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        source.check(variants)
+        self.source, self.variants, self.size, self.budget, self.seeds = source, list(variants), size, budget, seeds
+        self.bench, self.tell, self.should_stop = (source, size, arch, parts), tell, should_stop
+        self.key_pressed = time.perf_counter() if started is None else started
+        self.begun = math.inf
+        self.benches: dict[tuple, BenchProcess | BenchHere] = {}
+        self.others = processors.Others()
+
+    def run(self) -> Study:
+        """Measure.
+
+        Raises:
+            InputError: the scene has no light, what is to be compared cannot be compared with it, or nothing was
+                measured before the user stopped.
+        """
+        try:
+            study = self.start()
+            try:
+                self.compile(study)
+                self.begun = time.perf_counter()
+                self.render_references(study)
+                self.render_rounds(study)
+            except StoppedError:
+                study.notes.append("The study was interrupted: this is what was measured until then.")
+            study.seconds = self.elapsed
+            study.curves = [curve for curve in study.curves if curve.rounds]
+            if not study.curves:
+                raise InputError("accuracy: interrupted before the first picture was measured")
+            for curve in study.curves:
+                self.judge(study, curve)
+            if told := self.others.told():
+                study.notes.append(told)
+            return study
+        finally:
+            for bench in self.benches.values():
+                bench.close()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds of the budget that are spent."""
+        return max(0.0, time.perf_counter() - self.begun)
+
+    def result(self, future: Future, what: str):
+        """The result of a call; meanwhile, look at the user."""
+        while True:
+            self.tell(what, self.elapsed / self.budget)
+            if self.should_stop():
+                raise StoppedError
+            if wait([future], timeout=POLL).done:
+                return future.result()
+
+    def look(self) -> None:
+        """Look at what other programs take of this machine."""
+        self.others.look([bench.pid for bench in self.benches.values() if isinstance(bench, BenchProcess)])
+
+    # ── starting and compiling ──
+
+    def start(self) -> Study:
+        """Start a process for each way in which Taichi runs; the first one reads the scene."""
+        for variant in self.variants:
+            if variant.process not in self.benches:
+                bench = BenchHere() if self.source.here else BenchProcess(is_heard=not self.benches)
+                self.benches[variant.process] = bench
+        first, base = self.benches[self.variants[0].process], self.variants[0]
+        try:
+            self.result(first.ask("open", *self.bench), "starting")
+            seconds = time.perf_counter() - self.key_pressed
+            facts = self.result(first.ask("start", base), "reading the scene")
+        except StoppedError:
+            raise InputError("accuracy: interrupted before the first picture was measured") from None
+        study = Study(facts, self.size, self.budget, start_seconds=seconds)
+        if len({v.lamp_choice for v in self.variants}) > 1 and facts.lamps == 0:
+            raise InputError("accuracy: the scene has no surface with Ke > 0, so that no lamp is chosen")
+        if not facts.has_environment and len({v.lookup for v in self.variants}) > 1:
+            self.variants = [v for v in self.variants if v.lookup == base.lookup]
+            study.notes.append("The scene has no environment, so that its look-up was not compared.")
+        return study
+
+    def compile(self, study: Study) -> None:
+        """Compile every variant: one process after the other where there is one processor, else several at a time."""
+        begun, base = time.perf_counter(), self.variants[0]
+        knobs = {v.difference(base) for v in self.variants}
+        main = {"", "estimator"} if "estimator" in knobs else knobs
+
+        def compiled(process: tuple) -> list[Curve]:
+            bench, own = self.benches[process], [v for v in self.variants if v.process == process]
+            if process != base.process:
+                bench.ask("open", *self.bench).result()
+                bench.ask("start", own[0]).result()
+            return [
+                Curve(v, self.label(study, v), knob, knob in main, *bench.ask("prepare", v).result())
+                for v in own
+                for knob in [v.difference(base)]
+            ]
+
+        with ThreadPoolExecutor(1 if self.source.here else processors.usable()) as pool:
+            calls = [pool.submit(compiled, process) for process in self.benches]
+            for call in calls:
+                study.curves += self.result(call, f"compiling {len(self.variants)} variants")
+        study.curves.sort(key=lambda curve: self.variants.index(curve.variant))
+        study.compiling_seconds = time.perf_counter() - begun
+
+    def label(self, study: Study, variant: Variant) -> str:
+        """The name of a variant; what "environment" samples are lamps where there is no environment."""
+        label = variant.label(self.variants[0])
+        return label if study.facts.has_environment else label.replace("environment", "environment (lamps)")
+
+    # ── measuring ──
+
+    def render_references(self, study: Study) -> None:
+        """The pictures with which all others are compared: with one sample after the other until the time is over."""
+        for variant in self.variants:
+            if variant.lookup in study.truths:
+                continue
+            share = FURTHER_SHARE if study.truths else REFERENCE_SHARE
+            own, end = reference_variant(variant, self.variants), self.elapsed + share * self.budget
+            shot = self.render(own, 16, REFERENCE_SEED, "the reference")
+            shot = self.render(own, 16, None, "the reference")  # the first call may have compiled
+            while self.elapsed < end:
+                count = max(16, int(min(CHUNK, end - self.elapsed) * 16 / shot.seconds))
+                shot = self.render(own, count, None, "the reference")._replace(seconds=shot.seconds)
+            if math.isnan(shot.error):
+                scene = self.source.scene
+                raise InputError(
+                    f"accuracy: no light of {scene} reaches the camera, so that there is no error to measure"
+                )
+            study.truths[variant.lookup] = Truth(shot.image, shot.error, shot.variance, shot.samples)
+
+    def render_rounds(self, study: Study) -> None:
+        """Learn how long a sample takes, and then let every variant render for the same time, round after round."""
+        trial = TRIAL_SHARE * self.budget / len(study.curves)
+        for curve in study.curves:
+            shot = self.render(curve.variant, self.first_level(curve), 0, curve.label)
+            spent = shot.seconds
+            while spent < trial:
+                before, shot = shot.samples, self.render(curve.variant, shot.samples, None, curve.label)
+                spent += shot.seconds
+                curve.seconds_per_sample = shot.seconds / (shot.samples - before)
+            if math.isnan(curve.seconds_per_sample):
+                curve.seconds_per_sample = shot.seconds / shot.samples
+        count = sum(1.0 if curve.is_main else KNOB_SHARE for curve in study.curves)
+        seconds = max(0.0, self.budget - self.elapsed) / self.seeds / count / OVERHEAD
+        share, full = 1.0, 0.0
+        while share >= SHORTEST:
+            begun = self.elapsed
+            for curve in study.curves:
+                own = seconds * (1.0 if curve.is_main else KNOB_SHARE)
+                self.render_picture(study, curve, share * own, own, FIRST_SEED + len(curve.rounds))
+            full = max(full, self.elapsed - begun)
+            share = min(1.0, (self.budget - self.elapsed) / full)
+
+    def first_level(self, curve: Curve) -> int:
+        """The fewest samples of a picture."""
+        return PILOT if curve.variant.adaptive else 1
+
+    def render_picture(self, study: Study, curve: Curve, seconds: float, whole: float, seed: int) -> None:
+        """One picture of a variant, compared whenever its time has doubled.
+
+        Args:
+            seconds: of rendering. whole: that of a full round, whose levels are those of every round.
+        """
+        self.look()
+        least = self.first_level(curve)
+        levels = {max(least, round(whole / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
+        most = max(least, seconds / curve.seconds_per_sample + 1)
+        points, spent, done, truth = [], 0.0, 0, study.truth_of(curve.variant)
+        for level in sorted(n for n in levels if n <= most):
+            while done < level:
+                count = min(level - done, max(least, int(CHUNK / curve.seconds_per_sample)))
+                shot = self.render(curve.variant, count, seed if done == 0 else None, f"{curve.label}, seed {seed}")
+                done, spent = shot.samples, spent + shot.seconds
+            points.append(Point(done, spent, truth.error_of(shot.image)))
+        curve.rounds.append(points)
+        if seconds == whole:
+            curve.finals.append((shot.image.astype(np.float64), shot.variance))
+
+    def render(self, variant: Variant, samples: int, seed: int | None, what: str) -> Shot:
+        """Add samples to the picture of a variant; see ``Bench.render``."""
+        return self.result(self.benches[variant.process].ask("render", variant, samples, seed), what)
+
+    def judge(self, study: Study, curve: Curve) -> None:
+        """Is there a bias? Paths with fewer bounces than the reference leave out light that it has."""
+        truth = study.truth_of(curve.variant)
+        if curve.finals:
+            curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, (truth.image, truth.variance))
