@@ -157,14 +157,14 @@ def image_lines() -> Iterator[Line]:
 def wall_lines() -> Iterator[Line]:
     """Which walls ``grade`` can put around a submission; each is tried with a process that starts Taichi."""
     try:
-        from taichi_tracer.teaching import sandbox
+        from taichi_tracer.teaching import isolate
     except ModuleNotFoundError:
         yield Line("walls of grade", "none: there is no taichi_tracer/teaching", False)
         return
     if os.name != "posix":
         yield Line("walls of grade", "none: submissions can be run on Linux and macOS only", False, WALLS["limits"])
         return
-    works = [level for level in sandbox.candidates() if sandbox.problem_of(level, starts_taichi=False) is None]
+    works = [level for level in isolate.candidates() if isolate.problem_of(level, starts_taichi=False) is None]
     for name, remedy in WALLS.items():
         found = next((level for level in works if level.name == name), None)
         yield Line(f"walls {name}", f"work ({found})" if found else "do not work here", found is not None, remedy)
@@ -175,7 +175,7 @@ def wall_lines() -> Iterator[Line]:
     trust = "; by --trust only" if best is not None and best.name == "limits" else ""
     yield Line("walls of grade", f"{best}{trust}{inside}", best is not None and best.name != "limits", remedy)
     if best is not None:
-        yield Line("not stopped there", sandbox.walls.NOT_STOPPED[best.name])
+        yield Line("not stopped there", isolate.NOT_STOPPED[best.name])
 
 
 def kept_kernels_line(folder: Path) -> Line:

@@ -13,8 +13,8 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
+from taichi_tracer.teaching.isolate import WallLevel, best_level
 from taichi_tracer.teaching.marks import Mark, most_points, plain
-from taichi_tracer.teaching.sandbox import WallLevel, best_level
 
 
 def run(args: Namespace) -> int:
@@ -28,7 +28,7 @@ def run(args: Namespace) -> int:
         return 0
     found = submissions.find(Path(args.path).expanduser(), assignment.files)
     check_targets(args, found)
-    level = best_level(args.trust)
+    level = best_level(args.trust, args.container)
     if level.name == "limits":
         note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)

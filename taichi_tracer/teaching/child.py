@@ -1,14 +1,11 @@
-"""The loop of a submission's process: it computes numbers, which the grader judges in another process.
+"""The loop of a hand-in's process: it computes numbers, which the grader judges in another process.
 
-The grader starts it (``sandbox.SubmissionProcess``), sends requests as frames, and reads frames with the answers:
+The grader starts it (``isolate.SubmissionProcess``), sends requests, and reads the answers:
 
-    {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
-    {"do": "load", "assignment", "order", "folder", "files"}  → {"absent": names of parts}: it has no such class
-    {"do": "run", "part": name} and arrays of inputs          → {"status", "message", "line", "file"} and arrays
-    {"do": "run", "part", "mended": names} and arrays         → the same, with the solution's methods of these parts
-
-The assignment of a submission's process is an outline without the solution. A request to run a part brings, as
-"solution", the methods that stand beside it: file → text; see ``outline``.
+    {"do": "hello"}                                     → {}: Taichi can be started here
+    {"do": "load", "assignment", "folder", "files"}     → {}
+    {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays
+    {"do": "run", "part", "mended": names} and arrays   → the same, with the solution's methods of these parts
 
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
@@ -19,18 +16,22 @@ The arrays of this request are called "inputs/NAME", "answers/NAME" and "expecte
 of its request.
 """
 
+import atexit
 import contextlib
+import ctypes
+import json
+import os
+import shutil
+import signal
 import sys
-import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from taichi_tracer.teaching.base import Arrays
+from taichi_tracer.teaching.isolate import SIZE, pack, unpack
 
-from taichi_tracer.teaching import frames, walls
-
-Arrays = dict[str, np.ndarray]
+PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Linux, from its headers
 
 
 class Work:
@@ -41,55 +42,39 @@ class Work:
         self.student: Any = None
         self.solution: Any = None
 
-    def answer(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
-        """The reply to one request."""
-        return getattr(self, f"do_{message['do']}")(message, arrays)
-
-    def do_hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
+    def hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
         """Start Taichi, unless the request says that it is not needed."""
         if message.get("starts_taichi", True):
             from taichi_tracer.system import runtime
 
             runtime.init(arch="cpu", threads=message.get("threads", 1))
-        return {"status": "ok"}, {}
+        return {}, {}
 
-    def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
-        """Load the solution, or the outline of it, and then the submission."""
+    def load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+        """Load the solution, and then the hand-in: all of it, or some files."""
         from taichi_tracer.teaching import catalogue, loading
 
-        self.do_hello(message, arrays)
+        self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
         self.solution = self.student = loading.solution_of(self.assignment)
         if message.get("folder"):
-            self.solution.order = tuple(message.get("order", ()))
             folder, files = Path(message["folder"]).resolve(), message.get("files")
-            if files and not loading.load_submission(folder, self.assignment).is_of_course:
+            self.student = loading.load_submission(folder, self.assignment)
+            if files and not self.student.is_of_course:
                 self.student = loading.load_classes(folder, files, self.solution)
-            else:
-                self.student = loading.load_submission(folder, self.assignment)
-        return {"absent": [part.name for part in self.assignment.parts if self.is_absent(part)]}, {}
+        return {}, {}
 
-    def is_absent(self, part: Any) -> bool:
-        """Whether the submission has nothing that a part could test: the solution stands in its place elsewhere."""
-        from taichi_tracer.teaching import running
-
-        has_class = part.replaces == "" or part.replaces in self.student.classes
-        return not has_class or not running.is_asked(part, self.student, self.assignment)
-
-    def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+    def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Run one part."""
         from taichi_tracer.teaching import running
 
         part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
         if not running.is_asked(part, self.student, self.assignment):
             return {"status": running.NOT_ASKED}, {}
-        if message.get("solution"):
-            self.solution.learn(message["solution"], Path(tempfile.mkdtemp()))
         student = self.mended(message["mended"]) if message.get("mended") else self.student
         found = running.answer(part, student, self.solution, arrays, files)
         facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}
-        facts["only_means"] = running.has_own_distribution(part, self.student)
-        return facts, found.arrays
+        return facts | {"only_means": running.has_own_distribution(part, self.student)}, found.arrays
 
     def mended(self, names: list[str]) -> Any:
         """The student's classes with the solution's methods in place of those that some parts test."""
@@ -103,7 +88,7 @@ class Work:
                 classes[part.replaces] = type(cls.__name__, (cls,), method)
         return replace(self.student, together=classes)
 
-    def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+    def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
         from taichi_tracer.teaching import kept, mistakes
 
@@ -114,24 +99,63 @@ class Work:
         return {"findings": [asdict(finding) for finding in found]}, {}
 
 
-def serve(requests: int, answers: int, seconds_of_cpu: float | None) -> None:
-    """Answer requests until the grader closes the pipe.
+def main(given: str, folder: str, limits: str) -> None:
+    """Take the limits, go into the folder, and answer requests until the grader closes the pipe.
 
     Args:
-        requests, answers: descriptors of the pipes.
-        seconds_of_cpu: what one request may cost before the process gets a SIGXCPU; None is no limit.
+        given: the folder with the files. folder: where they are copied, if it is another one.
+        limits: the fields of ``isolate.Limits`` as JSON; none for the solution.
     """
-    work = Work()
-    while (request := frames.read(requests)) is not None:
-        message, arrays = request
-        ticket = {"ticket": message.get("ticket")}
-        if seconds_of_cpu is not None:
-            walls.allow_cpu(seconds_of_cpu)
-        reply, found = work.answer(message, arrays)
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)  # so that prints are no answers
+    take_limits(json.loads(limits))
+    if folder != given:
+        shutil.copytree(given, folder, dirs_exist_ok=True)
+    for name in ("tmp", "cache"):
+        os.makedirs(f"{folder}/{name}", exist_ok=True)
+    os.chdir(folder)
+    work, seconds = Work(), json.loads(limits).get("cpu")
+    while size := requests.read(SIZE.size):
+        message, arrays = unpack(requests.read(*SIZE.unpack(size)))
+        ticket = {"ticket": message["ticket"]}
+        if seconds is not None:
+            allow_cpu(seconds)
+        facts, found = getattr(work, message["do"])(message, arrays)
         try:
-            data = frames.encode(reply | ticket, found)
-        except frames.FrameError as error:
-            data = frames.encode({"status": "crashed", "message": str(error), **ticket})
-        with contextlib.suppress(Exception):  # the submission may have closed or replaced it
+            data = pack(facts | ticket, found)
+        except ValueError as error:
+            data = pack({"status": "crashed", "message": str(error), **ticket}, {})
+        with contextlib.suppress(Exception):  # the hand-in may have closed or replaced it
             sys.stdout.flush()
-        frames.write_bytes(answers, data)
+        answers.write(data)
+        answers.flush()
+    if seconds is None:
+        atexit._run_exitfuncs()  # Taichi writes its compiled kernels then
+    os._exit(0)
+
+
+def take_limits(limits: dict) -> None:
+    """The limits that hold for this process and for those that it starts; none of them can be raised again."""
+    import resource
+
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)  # so that no process that it starts leaves it
+    names = {"FSIZE": "file", "NOFILE": "files", "NPROC": "processes"}
+    names |= {"AS": "address_space"} if sys.platform == "linux" else {}  # macOS cannot limit it
+    for name, limit in names.items() if limits else ():
+        number = getattr(resource, f"RLIMIT_{name}")
+        _, hard = resource.getrlimit(number)
+        value = limits[limit] if hard == resource.RLIM_INFINITY else min(limits[limit], hard)
+        resource.setrlimit(number, (value, value))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def allow_cpu(seconds: float) -> None:
+    """The process is ended with SIGXCPU when it has used so many more seconds of CPU."""
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))

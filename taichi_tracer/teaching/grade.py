@@ -8,6 +8,7 @@ was interrupted goes on where it stopped, as long as neither the submission nor 
 import contextlib
 import hashlib
 import json
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.teaching import kept, outline, submissions, temporary
+from taichi_tracer.teaching import kept, submissions
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -32,15 +33,14 @@ from taichi_tracer.teaching.base import (
     Part,
     Verdict,
 )
+from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, Limits, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.loading import LONGEST_MESSAGE, OK
 from taichi_tracer.teaching.marks import Mark, PartMark, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.roundabout import check_imports
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
-from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.submissions import RefusedError, Submission
-from taichi_tracer.teaching.walls import Limits
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
 PATIENCE = 3  # how many parts may use up their time before the others get less
@@ -115,7 +115,7 @@ def grade_class(
     stop = Stop()
     marks: dict[str, Mark] = {}
     with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
-        reference.expected, reference.outline  # noqa: B018 (computed before the threads ask for them)
+        reference.expected  # noqa: B018 (computed before the threads ask for it)
         waiting = {pool.submit(grade_or_read, reference, one, settings, stop): one for one in found}
         try:
             for future in as_completed(waiting):
@@ -150,16 +150,16 @@ def grade(
 ) -> tuple[Mark, dict[str, np.ndarray]]:
     """The mark of one submission, and the pictures "PART/yours" and so on."""
     assignment = reference.assignment
-    work = temporary.folder("submission")
+    work = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
     blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))
     pictures: dict[str, np.ndarray] = {}
     try:
-        unpacked = submissions.unpack(submitted, work / "files", assignment.files)
+        unpacked = submissions.unpack(submitted, Path(work.name) / "files", assignment.files)
         import_quickly("taichi_tracer.course.files").correct_notes(unpacked, assignment.name, assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
-            marks = {part.name: runner.mark(part, pictures) for part in runner.in_order()}
+            marks = {p.name: runner.mark(p, pictures) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
             for part in assignment.parts:
                 marks[part.name] = runner.consequential(part, marks)
             parts = tuple(marks[part.name] for part in assignment.parts)
@@ -173,7 +173,7 @@ def grade(
         )
         return replace(blank, parts=parts, refused=reason), pictures
     finally:
-        temporary.remove(work)
+        work.cleanup()
 
 
 class Runner:
@@ -182,13 +182,10 @@ class Runner:
     def __init__(self, reference: Reference, folder: Path, settings: GradingSettings, stop: Stop) -> None:
         self.reference, self.folder, self.settings, self.stop = reference, folder, settings, stop
         self.printed = ""
-        self._order = outline.in_order(reference.assignment)
         self._child: SubmissionProcess | None = None
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
         self._late = 0
-        self._known: frozenset[str] = frozenset()  # the parts whose solution the process has
-        self._absent: frozenset[str] = frozenset()  # the parts of which it said that it has nothing: they earn nothing
         self._is_fresh = False  # whether the process has not been asked for a part yet
 
     def __enter__(self) -> "Runner":
@@ -196,11 +193,6 @@ class Runner:
 
     def __exit__(self, *_error) -> None:
         self._end()
-
-    def in_order(self) -> list[Part]:
-        """The parts as they are asked for: pictures, beside which nothing of the solution stands; then methods."""
-        assignment = self.reference.assignment
-        return [*(part for part in assignment.parts if not part.replaces), *map(assignment.part, self._order)]
 
     def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartMark:
         """The mark of one part; its pictures are added."""
@@ -217,8 +209,6 @@ class Runner:
         if status == NOT_ASKED:
             told = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
             return replace(blank, points=0.0, status=MISSING, message=told)
-        if part.name in self._absent and status not in (MISSING, CRASHED):
-            return replace(blank, status=MISSING, message="the process said before that there is none")
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
             message = clean(reply.get("message") or "the process did not say what went wrong")
@@ -272,12 +262,8 @@ class Runner:
         if self._child is None or self._loaded != files:
             self._start(files)
         request = {"do": "run", "part": part.name, "mended": list(mended)}
-        before = self._order[: self._order.index(part.name)] if part.replaces else self._order if mended else ()
-        known = self._absent.union(before)  # it cannot earn anything any more by knowing these
         while True:
             is_first, self._is_fresh = self._is_fresh, False
-            request["solution"] = outline.solved_parts(self.reference.assignment, known) if known - self._known else {}
-            self._known |= known
             try:
                 return self._child.ask(request, self.reference.inputs[part.name])
             except ChildEnded as error:
@@ -309,16 +295,14 @@ class Runner:
             limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
         if self.stop:
             raise ChildEnded("the grader was stopped")
-        given = self.reference.outline
-        self._child = SubmissionProcess(self.folder, self.settings.level, limits, self.reference.kernels, outline=given)
+        given = self.reference.assignment.folder
+        self._child = SubmissionProcess(
+            self.folder, self.settings.level, limits, self.reference.kernels, assignment=given
+        )
         self.stop.add(self._child)
-        self._known = frozenset()
-        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
-        request |= {"files": list(files), "order": list(self._order)}
+        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission", "files": list(files)}
         try:
-            reply, _ = self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
-            told = reply.get("absent")
-            self._absent |= {name for name in self._order if isinstance(told, list) and name in told}
+            self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
         except ChildEnded as error:
             self._late += error.is_late
             self._bad[files] = ChildEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)

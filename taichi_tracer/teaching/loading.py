@@ -5,7 +5,7 @@ import re
 import sys
 import traceback
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.source import plain
 from taichi_tracer.teaching.base import CRASHED, MISSING, Arrays, Assignment, Part
-from taichi_tracer.teaching.outline import in_order
 from taichi_tracer.teaching.reading import module_of
 from taichi_tracer.teaching.stubs import is_stub
 
@@ -52,7 +51,6 @@ class Loaded:
         optional: of a solution, the names of the optional parts; see ``base.Part``.
         failed: class that only optional parts need → why its file could not be run.
         modules: name → module, of the files that were run.
-        order: of a solution, the names of its parts, see ``outline.in_order``.
         told: what a check has said of parts that gave no answer.
     """
 
@@ -64,7 +62,6 @@ class Loaded:
     optional: frozenset[str] = frozenset()
     failed: dict[str, Answer] = field(default_factory=dict)
     modules: dict[str, types.ModuleType] = field(default_factory=dict)
-    order: tuple[str, ...] = ()
     told: set[str] = field(default_factory=set)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
@@ -77,20 +74,10 @@ class Loaded:
         return [f"{name}.{method}" for name, method, value in of_all if is_stub(value)]
 
     def beside(self, part: Part) -> dict[str, object]:
-        """The methods of a solution that stand beside that of a part: those before it, and what is no part."""
-        later = self.order[self.order.index(part.name) :] if part.name in self.order else (part.name,)
+        """The methods of a solution that stand beside that of a part."""
         of_class = vars(self.classes[part.replaces]).items() if part.replaces in self.classes else ()
         names = {name: value for name, value in of_class if is_method(name, value) and not is_stub(value)}
-        return {name: value for name, value in names.items() if f"{part.replaces}.{name}" not in later}
-
-    def learn(self, texts: Mapping[str, str], folder: Path) -> None:
-        """Of a solution without methods: take those that are written in these texts of its files."""
-        for file, text in texts.items():
-            (folder / file).write_text(text, encoding="utf-8")
-            for name, cls in load_classes(folder, [file], self).classes.items():
-                for method, value in vars(cls).items():
-                    if is_method(method, value) and not is_stub(value):
-                        setattr(self.classes[name], method, value)
+        return {name: value for name, value in names.items() if name != part.method}
 
 
 def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
@@ -244,7 +231,6 @@ def solution_of(assignment: Assignment) -> Loaded:
     if folder not in _SOLUTIONS:
         loaded = load_classes(folder, assignment.files)
         loaded.optional = assignment.optional
-        loaded.order = in_order(assignment)
         if loaded.errors:
             file, reason = next(iter(loaded.errors.items()))
             raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")

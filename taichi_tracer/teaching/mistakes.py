@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import itertools
 import math
+import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealed, sketches, temporary
+from taichi_tracer.teaching import sealed, sketches
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
@@ -266,16 +267,16 @@ def with_mistakes(assignment: Assignment, part: Part, combination: Sequence[Mist
 def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     """The classes of one file of the solution, with another text. Taichi reads it from a temporary file."""
     key = hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
-    folder = work_folder() / key
+    folder = Path(work_folder().name) / key
     folder.mkdir(exist_ok=True)
     (folder / file).write_text(text, encoding="utf-8")
     return load_classes(folder, [file], solution_of(assignment))
 
 
 @cache
-def work_folder() -> Path:
+def work_folder() -> tempfile.TemporaryDirectory:
     """A folder that is removed when the process ends."""
-    return temporary.folder("mistakes")
+    return tempfile.TemporaryDirectory(prefix="taichi_tracer_mistakes_")
 
 
 def changed_source(assignment: Assignment, part: Part, combination: Sequence[Mistake]) -> str:

@@ -12,11 +12,11 @@ from functools import cached_property
 from pathlib import Path
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import mistakes, outline, temporary
+from taichi_tracer.teaching import mistakes
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
+from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.kept import arrays_in, cache_folder, joined, keep_arrays, parted
 from taichi_tracer.teaching.loading import OK
-from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
 TRUSTED = WallLevel("limits")
@@ -47,13 +47,6 @@ class Reference:
     def kernels(self) -> Path:
         """The folder with the kernels that the solution needs."""
         return self.folder / "cache"
-
-    @cached_property
-    def outline(self) -> Path:
-        """The assignment without its solution, which a submission's process gets."""
-        folder = temporary.folder("outline") / self.assignment.name
-        outline.write(self.assignment, folder)
-        return folder
 
     @cached_property
     def expected(self) -> dict[str, Arrays]:

@@ -1,7 +1,7 @@
 """Runs a part: puts together the class under test, and says what happened.
 
 Each part is tested by itself. The class under test has the student's method, and the student's own helpers; the
-methods of the handout that it may call come from the solution, see ``outline``. So a wrong camera matrix does not cost
+methods of the handout that it may call come from the solution. So a wrong camera matrix does not cost
 the points of the ray.
 """
 

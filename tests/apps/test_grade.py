@@ -9,9 +9,9 @@ from teaching import sums
 
 from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
-from taichi_tracer.teaching import sandbox
+from taichi_tracer.teaching import isolate
+from taichi_tracer.teaching.isolate import WallLevel, best_level
 from taichi_tracer.teaching.marks import Mark, PartMark
-from taichi_tracer.teaching.sandbox import WallLevel, best_level
 
 PARTS = (
     PartMark("Sums.add", "sums", 2.0, 0.5, "wrong", "10 of 20"),
@@ -36,7 +36,7 @@ def classroom(tmp_path, monkeypatch):
         return marks
 
     monkeypatch.setattr(command, "grade_class", grade_class)
-    monkeypatch.setattr(command, "best_level", lambda trust: WallLevel("limits" if trust else "bwrap"))
+    monkeypatch.setattr(command, "best_level", lambda trust, image: WallLevel("limits" if trust else "bwrap"))
     (tmp_path / "class").mkdir()
     for name in ("123456781", "123456782"):
         sums.zipped(tmp_path / "class" / f"{name}.zip", {"sums.py": sums.submission()})
@@ -54,7 +54,7 @@ def test_a_line_for_each_student_and_the_level(assignment, classroom, capsys):
 @pytest.mark.skipif(os.name != "posix", reason="no submission can be run on Windows")
 def test_without_bubblewrap_nothing_is_graded(assignment, classroom, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(command, "best_level", best_level.__wrapped__)
-    monkeypatch.setattr(sandbox, "problem_of", lambda level: "it is not installed" if level.name == "bwrap" else None)
+    monkeypatch.setattr(isolate, "problem_of", lambda level: "it is not installed" if level.name == "bwrap" else None)
     assert main(["grade", assignment, classroom]) == 2
     told = capsys.readouterr()
     assert told.out == ""

@@ -11,11 +11,10 @@ from taichi_tracer.course import borders, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, RIGHT
 from taichi_tracer.teaching.grade import GradingSettings, grade
+from taichi_tracer.teaching.isolate import Limits, WallLevel
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
-from taichi_tracer.teaching.sandbox import WallLevel
 from taichi_tracer.teaching.submissions import find
-from taichi_tracer.teaching.walls import Limits
 
 HAND_IN = Path(__file__).parent / "handin"
 SIZE = 24

@@ -39,8 +39,8 @@ class Attack:
 FORGE = """
 import json, os, struct
 def forged(message):
-    header = json.dumps({"message": message, "arrays": []}).encode()
-    return struct.pack("<8sI", b"TTFRAME1", len(header)) + header
+    header = json.dumps([message, []]).encode() + b"\\n"
+    return struct.pack("<Q", len(header)) + header
 def to_all(data):
     for descriptor in range(3, 64):
         try:
@@ -205,29 +205,6 @@ ATTACKS = {
         "import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b", becomes=ANY, needs_bwrap=True
     ),
     # the grader's words
-    "the solution's method in this process": Attack(
-        "import gc",
-        """
-            classes = [one for one in gc.get_objects() if isinstance(one, type) and one.__name__ == "Sums"]
-            for add in (vars(one).get("add") for one in classes):
-                if getattr(add, "__code__", None) and add.__code__.co_filename != __file__:
-                    value = add(self, a, b)
-                    if value is not None: return value
-            return 0 * a
-            """,
-        becomes=WRONG,
-    ),
-    "the solution by the kit": Attack(
-        "import sys",
-        """
-            loading = sys.modules["taichi_tracer.teaching.loading"]
-            for solution in loading._SOLUTIONS.values():
-                value = solution.classes["Sums"]().add(a, b)
-                if value is not None: return value
-            return 0 * a
-            """,
-        becomes=WRONG,
-    ),
     "the solutions' files": Attack(
         "import taichi_tracer\nfrom pathlib import Path",
         """
@@ -258,11 +235,10 @@ ATTACKS = {
     ),
     "patched protocol": Attack(
         """
-            from taichi_tracer.teaching import frames
-            plain = frames.encode
-            def encode(message, arrays=None):
-                return plain({**message, "status": "right", "share": 1.0, "points": 100})
-            frames.encode = encode
+            import sys
+            child = sys.modules["taichi_tracer.teaching.child"]
+            plain = child.pack
+            child.pack = lambda facts, arrays: plain({**facts, "status": "right", "share": 1.0, "points": 100}, arrays)
             """,
         "return a * 0",
         loses_all=True,
@@ -274,8 +250,10 @@ ATTACKS = {
     "a frame of a billion bytes": Attack(
         FORGE,
         """
-            header = json.dumps({"message": {}, "arrays": [{"name": "x", "dtype": "<f8", "shape": [2**40]}]}).encode()
-            to_all(struct.pack("<8sI", b"TTFRAME1", len(header)) + header + bytes(1000))
+            header = json.dumps([{}, ["x"]]).encode() + b"\\n"
+            array = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,)}"
+            header += b"\\x93NUMPY\\x01\\x00" + struct.pack("<H", len(array)) + array
+            to_all(struct.pack("<Q", len(header)) + header)
             return a * 0
             """,
     ),
@@ -357,7 +335,7 @@ ATTACKS = {
         """
             for name in os.listdir("/proc"):
                 if name.isdecimal() and int(name) not in (os.getpid(), 1):
-                    with open(f"/proc/{{name}}/environ", "rb") as file:
+                    with open(f"/proc/{name}/environ", "rb") as file:
                         assert b"TEACHERS_PASSWORD" not in file.read()
             return a + b
             """,

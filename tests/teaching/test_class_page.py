@@ -8,8 +8,8 @@ import pytest
 
 from taichi_tracer.teaching import class_page
 from taichi_tracer.teaching.grade import GradingSettings
+from taichi_tracer.teaching.isolate import WallLevel
 from taichi_tracer.teaching.marks import Mark, PartMark
-from taichi_tracer.teaching.sandbox import WallLevel
 from taichi_tracer.teaching.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"

@@ -26,6 +26,9 @@ def add_arguments(parser: Parser) -> None:
         action="store_true",
         help="where bubblewrap does not work, grade with limits alone: only what you would run yourself",
     )
+    parser.add_argument(
+        "--container", default="", metavar="IMAGE", help="run each in a container of this image, by podman or docker"
+    )
     parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
     written = parser.add_argument_group("what is written")
     written.add_argument("--json", action="store_true", help="print everything as JSON")

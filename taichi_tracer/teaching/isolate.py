@@ -1,0 +1,472 @@
+"""Runs a hand-in in a process of its own, walled in and limited; what it computes is judged outside.
+
+``SubmissionProcess.ask`` sends one request, and waits for one answer no longer than the limits allow. Nothing that the
+process sends is trusted: an answer is a message, see ``unpack``, with the ticket of its request; prints are cut.
+docs/teaching_security.md says what each level stops:
+
+    limits      limits of time, memory, files and processes
+    bwrap       limits; and another file system, no network, no other processes, made by the program bubblewrap
+    container   the same, made by podman or docker from the teacher's image
+
+A grader that is root runs every hand-in as another user.
+"""
+
+import contextlib
+import importlib.util
+import io
+import json
+import math
+import os
+import secrets
+import select
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import taichi_tracer
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching.base import Arrays
+from taichi_tracer.teaching.catalogue import SHIPPED
+from taichi_tracer.teaching.kept import VARIABLE, cache_folder
+
+LEVELS = ("bwrap", "limits")  # the stronger first
+NOT_STOPPED = {
+    "bwrap": "using a hole in the system's kernel, reading the solution's methods",
+    "limits": "reading your files, changing and deleting files, filling the disk, using the network, "
+    "ending your processes, and what bwrap does not stop",
+}
+PACKAGE = Path(taichi_tracer.__file__).resolve().parent
+IN_CONTAINER = "/kit"  # where the package is there
+WORK = "/walled"  # the folder of a hand-in behind walls; no other folder has this name
+DISK = 128 << 20  # bytes that it can hold, in memory
+USER = 60_000_000  # the first of the user numbers that hand-ins get if the grader is root
+SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the hand-in
+SECONDS_TO_END = 5.0
+OF_OTHERS = 10_000  # processes of the same user; where they count, too, looks at the processes end a fork bomb
+POLL = 0.2  # seconds between two looks at the memory
+CHUNK = 1 << 16  # bytes that are read at a time
+MOST_BYTES = 64 << 20  # of a message
+SIZE = struct.Struct("<Q")  # of a message, before it
+SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
+SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
+LIBRARIES = ("taichi", "numpy", "PIL", "trimesh", "tqdm", "mapbox_earcut")
+KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one hand-in may use.
+
+    Attributes:
+        cpu: seconds of CPU for one request. wall: seconds of the clock for one request.
+        address_space: bytes of one process; Taichi needs about 4 GiB.
+        resident: bytes of memory of all its processes together. file: bytes of one file.
+        processes, files: how many; threads count as processes. output: bytes of its prints that are kept.
+    """
+
+    cpu: float = 20.0
+    wall: float = 60.0
+    address_space: int = 8 << 30
+    resident: int = 3 << 30
+    file: int = 64 << 20
+    processes: int = 96
+    files: int = 256
+    output: int = 16 << 10
+
+
+@dataclass(frozen=True)
+class WallLevel:
+    """How hand-ins are walled in.
+
+    Attributes:
+        name: one of ``LEVELS``, or "container". user: whether each runs as a user of its own, as the grader is root.
+        image: of the container.
+    """
+
+    name: str
+    user: bool = False
+    image: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name}, as a user of its own" if self.user else f"{self.name} {self.image}".strip()
+
+
+@dataclass(eq=False)
+class ChildEnded(Exception):
+    """The process does not answer any more: why, in one sentence; and whether it used up its time."""
+
+    reason: str
+    is_late: bool = False
+
+
+# ── messages: a line of JSON, [facts, names of arrays], and each array as raw numbers in the format .npy ──
+
+
+def pack(facts: dict, arrays: Arrays) -> bytes:
+    """A message after its size; a ValueError if an array has no numbers, or if it would be too large."""
+    file = io.BytesIO()
+    file.write(json.dumps([facts, list(arrays)]).encode() + b"\n")
+    for name, array in arrays.items():
+        if array.dtype.kind not in "biuf":
+            raise ValueError(f"the array {name!r} has no numbers: its dtype is {array.dtype}")
+        np.lib.format.write_array(file, np.asarray(array), version=(1, 0), allow_pickle=False)
+    if file.tell() > MOST_BYTES:
+        raise ValueError(f"an answer of {file.tell()} bytes is too large")
+    return SIZE.pack(file.tell()) + file.getvalue()
+
+
+def unpack(message: bytes) -> tuple[dict, Arrays]:
+    """(facts, arrays) of a message, none of which is larger than the message; an Exception if it is none."""
+    file, arrays = io.BytesIO(message), {}
+    facts, names = json.loads(file.readline())
+    for name in names:
+        np.lib.format.read_magic(file)
+        shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
+        if dtype.kind not in "biuf" or min(shape, default=0) < 0:
+            raise ValueError("an array has no numbers")
+        numbers = np.frombuffer(file.read(math.prod(shape) * dtype.itemsize), dtype)
+        arrays[str(name)] = numbers.reshape(shape, order="F" if is_fortran else "C")
+    return dict(facts), arrays
+
+
+# ── the process ──
+
+
+class SubmissionProcess:
+    """A process that runs a hand-in, or the solution.
+
+    Args:
+        files: a folder whose files the process gets as a copy, in the folder "submission"; None for the solution.
+        level: the walls. limits: None lets the process use what it wants, for the solution only.
+        kernels: a folder with compiled kernels, of which the process gets a copy; None for none.
+        keep: a folder that is used instead of a temporary one, and stays.
+        assignment: a folder of which the process gets a copy in the folder "assignment", without the known mistakes.
+    """
+
+    def __init__(
+        self,
+        files: Path | None,
+        level: WallLevel,
+        limits: Limits | None = None,
+        kernels: Path | None = None,
+        keep: Path | None = None,
+        assignment: Path | None = None,
+    ) -> None:
+        check_system()
+        self.limits, self.level, self.printed, self._received = limits, level, b"", b""
+        self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
+        self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
+        self.given = str(keep or self._temporary.name)
+        self._name = os.path.basename(self._temporary.name)
+        copies = {"submission": files, f"assignment/{assignment and assignment.name}": assignment, "cache": kernels}
+        for name, source in copies.items():
+            if source is not None:
+                without = shutil.ignore_patterns("mistakes.py", "__pycache__") if source is assignment else None
+                shutil.copytree(source, f"{self.given}/{name}", symlinks=True, ignore=without)
+        user = USER + secrets.randbelow(10_000_000) if level.user else None
+        for place, folders, names in os.walk(self.given) if level.user else ():
+            for name in (".", *folders, *names):
+                os.chown(os.path.join(place, name), user, user, follow_symlinks=False)
+        self._process = subprocess.Popen(
+            self._command(),
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            cwd="/",
+            env=environment(self.folder, is_trusted=limits is None),
+            start_new_session=True,
+            user=user,
+            group=user,
+            extra_groups=None if user is None else [],
+        )
+        self._reader = threading.Thread(target=self._read_prints, daemon=True)
+        self._reader.start()
+
+    @property
+    def folder(self) -> str:
+        """The folder in which the hand-in may write."""
+        return self.given if self.level.name == "limits" else WORK
+
+    def _command(self) -> list[str]:
+        """The words that start the process within its walls."""
+        is_container = self.level.name == "container"
+        paths = [IN_CONTAINER] if is_container else python_path()
+        place = f"sys.path[:{0 if is_container else ''}] = {paths!r}"
+        limits = {} if self.limits is None else asdict(self.limits)
+        if self.level.name == "limits" and limits and not self.level.user:
+            limits["processes"] += OF_OTHERS
+        start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
+        start += "from taichi_tracer.teaching import child; child.main(*sys.argv[1:])"
+        python = "python3" if is_container else os.path.abspath(sys.executable)  # within walls, no folder before a ".."
+        words = [python, "-c", start, self.given, self.folder, json.dumps(limits)]
+        if is_container:
+            return [*container_words(self.level.image, self.given, self._name, self.limits or Limits()), *words]
+        return [*bwrap_words(self.given), *words] if self.level.name == "bwrap" else words
+
+    def __enter__(self) -> "SubmissionProcess":
+        return self
+
+    def __exit__(self, *_error) -> None:
+        self.end()
+
+    def ask(self, message: dict, arrays: Arrays | None = None, wall: float | None = None) -> tuple[dict, Arrays]:
+        """Send a request, see ``child``, and wait for its answer.
+
+        Args:
+            wall: seconds of the clock; by default those of the limits.
+
+        Raises:
+            ChildEnded: the process has ended, was too slow, or sent something else. It is ended then.
+        """
+        ticket, limits = secrets.token_hex(8), self.limits
+        wall = wall if wall is not None else limits.wall if limits else math.inf
+        data, end = pack({**message, "ticket": ticket}, arrays or {}), time.monotonic() + wall
+        try:
+            threading.Thread(target=self._send, args=(data,), daemon=True).start()
+            (size,) = SIZE.unpack(self._receive(SIZE.size, end))
+            if size > MOST_BYTES:
+                raise ValueError("it is too large")
+            reply, found = unpack(self._receive(size, end))
+            if self._received or reply.pop("ticket", None) != ticket:
+                raise ValueError("its ticket is wrong, or more than one came")
+            return reply, found
+        except TimeoutError:
+            self.end()
+            raise ChildEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
+        except ChildEnded:
+            self.end()
+            raise
+        except Exception as error:
+            self.end()
+            raise ChildEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
+
+    def _send(self, data: bytes) -> None:
+        """Write a request; a process that does not read it lets this thread wait until it is ended."""
+        rest = memoryview(data)
+        with contextlib.suppress(OSError, ValueError):
+            while rest:
+                rest = rest[self._process.stdin.write(rest) :]
+
+    def _receive(self, size: int, end: float) -> bytes:
+        """So many bytes, while memory and processes are watched."""
+        look = 0.0
+        while len(self._received) < size:
+            if time.monotonic() > end:
+                raise TimeoutError
+            if self.limits is not None and time.monotonic() > look:
+                self._look(self.limits)
+                look = time.monotonic() + POLL
+            if select.select([self._process.stdout], [], [], POLL)[0]:
+                data = os.read(self._process.stdout.fileno(), CHUNK)
+                if not data:
+                    raise self._why_it_ended()
+                self._received += data
+        taken, self._received = self._received[:size], self._received[size:]
+        return taken
+
+    def _look(self, limits: Limits) -> None:
+        """Raise ChildEnded if the processes use more than their limits."""
+        found = below(self._process.pid)
+        if len(found) > limits.processes:
+            raise ChildEnded(f"it started {len(found)} processes, of which {limits.processes} are allowed")
+        if sum(found.values()) > limits.resident:
+            raise ChildEnded(f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory")
+
+    def _read_prints(self) -> None:
+        """Read what is printed, and keep the first part."""
+        with contextlib.suppress(OSError, ValueError):
+            while data := self._process.stderr.read(CHUNK):
+                self.printed = (self.printed + data)[: self._room + 1]
+
+    @property
+    def output(self) -> str:
+        """What was printed, cut."""
+        return self.printed[: self._room].decode(errors="replace") + "\n… (cut)" * (len(self.printed) > self._room)
+
+    def _why_it_ended(self) -> ChildEnded:
+        """The error for a process that has closed its pipe."""
+        try:
+            code = self._process.wait(SECONDS_TO_END)
+        except subprocess.TimeoutExpired:
+            return ChildEnded("the process ended")
+        number = -code if code < 0 else max(0, code - 128)
+        if number == signal.SIGXCPU and self.limits is not None:
+            return ChildEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
+        if number:
+            name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
+            return ChildEnded(f"the process crashed ({name})")
+        return ChildEnded(f"the process ended itself with the exit code {code}")
+
+    def hurry(self) -> None:
+        """End every process; ``ask`` raises ChildEnded then. Any thread may call this."""
+        with contextlib.suppress(OSError):
+            while found := below(self._process.pid):  # they may start more meanwhile
+                for process in found:
+                    os.kill(process, signal.SIGKILL)
+        with contextlib.suppress(OSError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        if self.level.name == "container":
+            subprocess.run([engine(), "kill", self._name], capture_output=True, check=False)
+
+    def end(self) -> None:
+        """End the process and everything that it started, and remove its folder."""
+        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+            if self.limits is None:  # the solution's process writes its compiled kernels when no request can come
+                self._process.stdin.close()
+                self._process.wait(SECONDS_TO_END)
+        self.hurry()
+        self._process.wait()
+        self._reader.join(1)
+        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
+            pipe.close()
+        self._temporary.cleanup()
+
+
+def below(root: int) -> dict[int, int]:
+    """Process → resident bytes, of what a process has started, and what these have started; on Linux."""
+    parents, used, found = {}, {}, {root}
+    for name in filter(str.isdecimal, os.listdir("/proc") if os.path.isdir("/proc") else ()):
+        with contextlib.suppress(OSError):  # it has ended
+            words = Path(f"/proc/{name}/stat").read_bytes().rpartition(b")")[2].split()
+            if words[0] != b"Z":
+                parents[int(name)], used[int(name)] = int(words[1]), int(words[21]) * os.sysconf("SC_PAGESIZE")
+    while more := {process for process, parent in parents.items() if parent in found} - found:
+        found |= more
+    return {process: used[process] for process in found - {root}}
+
+
+# ── what a process sees ──
+
+
+def python_path() -> list[str]:
+    """Where this process finds modules, without the working folder, whose files could stand before Python's own."""
+    package = str(PACKAGE.parent)
+    paths = (os.path.normpath(p) for p in sys.path if p not in ("", package) and Path(p).resolve() != Path.cwd())
+    return [package, *paths]
+
+
+@cache
+def readable() -> tuple[str, ...]:
+    """Where Python, the package, its libraries and its scenes are."""
+    from taichi_tracer.files import shipped
+
+    specs = [spec for spec in map(importlib.util.find_spec, LIBRARIES) if spec]
+    places = {sys.prefix, sys.base_prefix, sys.exec_prefix, str(PACKAGE), str(shipped.scene_data_dir())}
+    places |= {os.path.dirname(os.path.realpath(sys.executable))}
+    places |= {p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")}
+    places |= {os.path.dirname(p) for spec in specs for p in spec.submodule_search_locations or ()}
+    return tuple(places | {os.path.realpath(p) for p in places})
+
+
+def environment(folder: str, is_trusted: bool) -> dict[str, str]:
+    """The environment of a process: nothing of the teacher's that Python does not need."""
+    kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
+    if is_trusted:
+        kept[VARIABLE] = str(cache_folder().parent)
+    return kept | {
+        "HOME": folder,
+        "TMPDIR": f"{folder}/tmp",
+        "TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/cache",
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "PYTHONHASHSEED": "0",
+        "PYTHONUTF8": "1",
+        "TI_SKIP_VERSION_CHECK": "ON",
+        "ENABLE_TAICHI_HEADER_PRINT": "0",
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def bwrap_words(given: str) -> list[str]:
+    """The words that let bubblewrap make its world: what Python needs, read only, and ``WORK``."""
+    words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"]
+    for path in sorted({*SYSTEM, *readable(), given}, key=len):  # what contains others comes first
+        words += ["--ro-bind-try", path, path]
+    words += ["--tmpfs", str(SHIPPED), "--dev", "/dev", "--proc", "/proc"]
+    return [*words, "--size", str(DISK), "--perms", "0777", "--tmpfs", WORK, "--chdir", "/", "--remount-ro", "/"]
+
+
+def engine() -> str:
+    """The program that runs containers; an InputError if there is none."""
+    found = shutil.which("podman") or shutil.which("docker")
+    if found is None:
+        raise InputError("--container needs podman or docker, and neither is installed")
+    return found
+
+
+def container_words(image: str, given: str, name: str, limits: Limits) -> list[str]:
+    """The words that run a program in a container, which has this package, and Python and libraries of its own."""
+    words = [engine(), "run", "--rm", "--interactive", "--name", name, "--network", "none", "--read-only"]
+    words += ["--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--user", str(USER), "--workdir", "/"]
+    words += ["--memory", str(limits.resident), "--pids-limit", str(limits.processes)]
+    words += ["--tmpfs", f"{WORK}:rw,exec,mode=1777,size={DISK}", "--volume", f"{given}:{given}:ro"]
+    words += ["--volume", f"{PACKAGE}:{IN_CONTAINER}/{PACKAGE.name}:ro"]
+    words += ["--tmpfs", f"{IN_CONTAINER}/{SHIPPED.relative_to(PACKAGE.parent)}"]
+    for variable, value in environment(WORK, is_trusted=False).items():
+        words += [] if variable in KEPT_VARIABLES else ["--env", f"{variable}={value}"]
+    return [*words, image]
+
+
+# ── which levels this machine has ──
+
+
+def check_system() -> None:
+    """Raise an InputError where no hand-in can be run, whatever its walls."""
+    if os.name != "posix":
+        raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
+
+
+@cache
+def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
+    """Why a level does not work on this machine, in one line; None if it works. It is tried, with Taichi or without."""
+    if level.name == "bwrap" and sys.platform != "linux":
+        return "bubblewrap runs on Linux only"
+    if level.name == "bwrap" and shutil.which("bwrap") is None:
+        return "bubblewrap is not installed: apt-get install bubblewrap"
+    try:
+        with SubmissionProcess(None, level, Limits()) as child:
+            child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
+    except OSError as error:
+        return f"Python cannot be started: {error.strerror}"
+    except ChildEnded as error:
+        told = " ".join((child.output or error.reason).split())[-200:]
+        why = "bubblewrap does not work here, perhaps as a container refuses namespaces"
+        return f"{why} ({told})" if level.name == "bwrap" else f"{error.reason} {told}"
+    return None
+
+
+def candidates() -> list[WallLevel]:
+    """Every level, the strongest first. Bubblewrap stops more than a user of its own does."""
+    users = (True, False) if hasattr(os, "geteuid") and os.geteuid() == 0 else (False,)
+    return [WallLevel(name, user) for name in LEVELS for user in users]
+
+
+@cache
+def best_level(trust: bool = False, image: str = "") -> WallLevel:
+    """The strongest level that works on this machine.
+
+    Args:
+        trust: whether limits alone are enough where bubblewrap does not work. image: of a container, if one is wanted.
+
+    Raises:
+        InputError: none does, or limits alone, which are not enough.
+    """
+    check_system()
+    for level in [WallLevel("container", image=image)] if image else candidates():
+        if level.name != "limits" or trust:
+            problem = problem_of(level)
+            if problem is None:
+                return level
+    advice = "" if trust or image else "; for submissions that you would run yourself: --trust (in Python: trust=True)"
+    raise InputError(f"there are no walls for submissions: {problem}{advice}")

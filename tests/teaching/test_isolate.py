@@ -1,0 +1,117 @@
+"""The process of a hand-in: attacks on the grader, how it is asked, how it ends, and which walls this machine has."""
+
+import os
+import socket
+
+import numpy as np
+import pytest
+from teaching import hostile, sums
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, isolate
+from taichi_tracer.teaching.grade import GradingSettings, grade
+from taichi_tracer.teaching.isolate import ChildEnded, Limits, SubmissionProcess, WallLevel, best_level, pack, unpack
+from taichi_tracer.teaching.reference import Reference
+from taichi_tracer.teaching.submissions import find
+
+LIMITS = Limits(cpu=3.0, wall=6.0, resident=2 << 30)
+LEVELS = [level for level in isolate.candidates() if os.name == "posix"]
+ALWAYS = ("the network", "a file of the others", "500 forks", "memory of many processes", "a gigabyte on stdout")
+ALWAYS += ("a changed package", "patched numpy", "patched protocol", "forged frames", "os._exit", "links to outside")
+ALWAYS += ("signals to its parents", "endless kernel")  # zip bombs and names with ".." are in test_submissions.py
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The small assignment with its answers."""
+    folder = tmp_path_factory.mktemp("isolate")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TAICHI_TRACER_CACHE", str(folder / "cache"))
+        patch.setenv("TEACHERS_PASSWORD", "x")
+        with Reference(catalogue.load(sums.write_assignment(folder / "sums")), 1) as found:
+            yield found
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in ALWAYS else pytest.param(name, marks=pytest.mark.slow) for name in hostile.ATTACKS]
+)
+def test_attacks_cost_their_own_part_alone(name, reference, tmp_path):
+    attack, level = hostile.ATTACKS[name], best_level(trust=True)
+    if attack.needs_bwrap and level.name != "bwrap":
+        pytest.skip("limits alone do not stop it")
+    (tmp_path / "secret.txt").write_text("secret")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.setblocking(False)
+        code = attack.code.replace("{victim}", str(tmp_path)).replace("{pid}", str(os.getpid()))
+        code = code.replace("{port}", str(server.getsockname()[1]))
+        (handed_in,) = find(sums.zipped(tmp_path / "123456789.zip", {"sums.py": code}), ["sums.py"])
+        mark, _ = grade(reference, handed_in, GradingSettings(level, LIMITS, finds=False))
+        with pytest.raises(BlockingIOError):
+            server.accept()
+    found = {part.name: part for part in mark.parts}
+    assert found["Sums.add"].status in attack.becomes
+    assert attack.loses_all or found["Sums.multiply"].status == "right"
+    assert (tmp_path / "secret.txt").read_text() == "secret"
+    assert not (isolate.PACKAGE / "hacked.py").exists()
+    assert not isolate.below(os.getpid())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", LEVELS, ids=str)
+def test_a_process_answers_at_every_level(reference, tmp_path, level):
+    if isolate.problem_of(level, starts_taichi=False) is not None:
+        pytest.skip(f"this machine has no {level}")
+    (tmp_path / "sums.py").write_text(sums.submission(add="print('hello')\nreturn a + b"))
+    request = {"do": "load", "assignment": "assignment/sums", "folder": "submission", "starts_taichi": False}
+    with SubmissionProcess(tmp_path, level, LIMITS, assignment=reference.assignment.folder) as child:
+        child.ask(request, wall=100)
+        reply, arrays = child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
+    assert reply["status"] == "ok"
+    np.testing.assert_array_equal(arrays["value"], 2 * np.ones(20))
+    assert child.output.strip() == "hello"
+    assert not os.path.exists(child.given)
+
+
+def test_an_answer_is_raw_numbers():
+    sent = {"a": np.arange(6.0).reshape(2, 3).T, "b": np.array(True), "c": np.zeros((0, 2), np.int8)}
+    facts, found = unpack(pack({"x": 1}, sent)[isolate.SIZE.size :])
+    assert facts == {"x": 1}
+    for name, array in sent.items():
+        np.testing.assert_array_equal(found[name], array)
+    with pytest.raises(ValueError, match="no numbers"):
+        pack({}, {"a": np.array([print], object)})
+    with pytest.raises(ValueError, match="too large"):
+        pack({}, {"a": np.zeros(isolate.MOST_BYTES, bool)})
+
+
+def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
+    monkeypatch.setenv("PASSWORD", "x")
+    found = isolate.environment("/x", is_trusted=False)
+    assert not {"PASSWORD", "TAICHI_TRACER_CACHE"} & set(found)
+    assert found["HOME"] == "/x"
+
+
+def test_limits_alone_are_taken_by_trust_only(monkeypatch):
+    monkeypatch.setattr(isolate, "problem_of", lambda level: "a reason" if level.name == "bwrap" else None)
+    best = best_level.__wrapped__
+    assert best(trust=True).name == "limits"
+    with pytest.raises(InputError, match="a reason; .*--trust"):
+        best()
+    monkeypatch.setattr(isolate, "problem_of", lambda level: "a reason")
+    with pytest.raises(InputError, match="a reason$"):
+        best(trust=True)
+
+
+def test_a_container_has_no_network_and_gets_the_package(tmp_path, monkeypatch):
+    """The program that runs containers is one that says what it was asked for."""
+    (tmp_path / "podman").write_text('#!/bin/sh\necho "$@" >&2\n')
+    (tmp_path / "podman").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    child = SubmissionProcess(None, WallLevel("container", image="teachers"), LIMITS)
+    with pytest.raises(ChildEnded, match="exit code 0"):
+        child.ask({"do": "hello"})
+    words = child.output.split()
+    assert {"--network", "none", "--read-only", "teachers", f"{isolate.PACKAGE}:/kit/taichi_tracer:ro"} <= set(words)
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(InputError, match="--container needs podman or docker"):
+        best_level(image="teachers")
