@@ -173,12 +173,12 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
 
 def lost(one: Supervised, error: EndedError) -> Told:
     """Print, and return, what is told of a part that gave no answer."""
-    from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, Verdict
+    from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
     from taichi_tracer.teaching.boxes import box, lines_of
 
     name = (one.present or {})["begins"]
     points = one.about["points"][name]
-    verdict = Verdict(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
+    verdict = PartResult(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
     print(*lines_of(name, points, verdict, 0.0), sep="\n", flush=True)
     return Told(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
 

@@ -18,19 +18,24 @@ Arrays = dict[str, np.ndarray]
 
 RIGHT, WRONG, NOT_WRITTEN, CRASHED = "right", "wrong", "not written", "crashed"
 OUT_OF_TIME, MISSING = "out of time", "missing"
+DIGITS = 2  # of points
 STATUSES = (RIGHT, WRONG, NOT_WRITTEN, CRASHED, OUT_OF_TIME, MISSING)
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What was found about one part.
+class PartResult:
+    """What was found about one part: by running it, by its judge, and for a mark.
 
     Attributes:
-        status: "right", "wrong", "not written", "crashed", "out of time" or "missing".
+        status: one of ``STATUSES``; "ok" if it gave answers that are not judged yet.
         share: the share of the points, from 0 to 1.
-        message: one plain sentence.
+        message: one plain sentence. line, file: where a crash was, in the student's file; 0 and "" if that is unknown.
         first_wrong: "input", "yours" and "right": name → value, for the first input with a wrong answer; or empty.
         pictures: "yours", "right" and "difference": (height, width, 3) arrays with the top row first; or empty.
+        arrays: the answers, until they are judged.
+        name, topic, points: of the part; points are those of a right answer.
+        findings: what is probably wrong, the fields of ``mistakes.Finding`` each.
+        seconds: how long the answer took, with compilation. It is no part of the mark.
     """
 
     status: str
@@ -38,6 +43,19 @@ class Verdict:
     message: str = ""
     first_wrong: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     pictures: Mapping[str, np.ndarray] = field(default_factory=dict)
+    arrays: Arrays = field(default_factory=dict)
+    line: int = 0
+    file: str = ""
+    name: str = ""
+    topic: str = ""
+    points: float = 0.0
+    findings: tuple[Mapping[str, Any], ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def earned(self) -> float:
+        """The points that the answer is worth."""
+        return round(self.points * self.share, DIGITS)
 
 
 @dataclass(frozen=True)
@@ -52,7 +70,7 @@ class Part:
         inputs: a numpy random generator → the inputs. An array that has as many rows as the answers belongs to them
             row by row; smaller arrays belong to all of them.
         run: (the class, inputs) → answers.
-        judge: (inputs, answers, expected answers) → Verdict. It has the method ``agrees`` too, see ``judges``.
+        judge: (inputs, answers, expected answers) → PartResult. It has the method ``agrees`` too, see ``judges``.
         is_optional: whether it only counts if it is handed in: a part for graduate students.
     """
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, Verdict
+from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
 
 WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
@@ -54,7 +54,7 @@ def kind_of(status: str) -> str:
     return KINDS.get(status, "wrong")
 
 
-def lines_of(name: str, points: float, verdict: Verdict, seconds: float) -> list[str]:
+def lines_of(name: str, points: float, verdict: PartResult, seconds: float) -> list[str]:
     """What a terminal shows of one part, which is worth so many points: the verdict, with the first wrong numbers."""
     head = f"  {verdict.status:<12}{name:<36}{points * verdict.share:>5.3g} of {points:<4g}"
     lines = [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s"]
@@ -66,7 +66,7 @@ def lines_of(name: str, points: float, verdict: Verdict, seconds: float) -> list
     return lines
 
 
-def box(name: str, facts: str, verdict: Verdict, found: Sequence[str] = (), hint: str = "") -> str:
+def box(name: str, facts: str, verdict: PartResult, found: Sequence[str] = (), hint: str = "") -> str:
     """One part.
 
     Args:

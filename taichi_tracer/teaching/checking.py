@@ -13,9 +13,9 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.source import plain
 from taichi_tracer.teaching import boxes, catalogue
-from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, Verdict
+from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
 from taichi_tracer.teaching.handing_out import RECORD
-from taichi_tracer.teaching.loading import OK, Answer, Loaded, load_submission, solution_of
+from taichi_tracer.teaching.loading import OK, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
 from taichi_tracer.teaching.running import answer, has_own_distribution, is_asked
 from taichi_tracer.teaching.telling import Teller, Told, summary
@@ -31,7 +31,7 @@ class CheckedPart:
     """What was found about one part, and how long it took."""
 
     part: Part
-    verdict: Verdict
+    verdict: PartResult
     findings: tuple[Finding, ...] = ()
     seconds: float = 0.0
 
@@ -63,7 +63,7 @@ class CheckedPart:
         verdict = self.verdict
         facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
         if verdict.status == RIGHT:
-            return boxes.box(self.part.name, facts, Verdict(RIGHT))
+            return boxes.box(self.part.name, facts, PartResult(RIGHT))
         hint = self.findings[0].hint if self.findings else ""
         return boxes.box(self.part.name, facts, verdict, [finding.text for finding in self.findings], hint)
 
@@ -237,7 +237,8 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     inputs = assignment.inputs(part, seed)
     found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
     if found.status != OK:
-        verdict = verdict_without_answer(found)
+        where = f" (line {found.line} is still that of the handout)" if found.line else ""
+        verdict = replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""))
         if verdict.message in student.told and found.line:
             verdict = replace(verdict, message="")  # what is wrong with a file is said once
         student.told.add(verdict.message)
@@ -255,9 +256,3 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     result = replace(result, findings=tuple(find(assignment, part, inputs, found.arrays, right, left)))
     watch(result.lines_of_findings())
     return result
-
-
-def verdict_without_answer(found: Answer) -> Verdict:
-    """The verdict on a part that gave no numbers."""
-    where = f" (line {found.line} is still that of the handout)" if found.line else ""
-    return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))

@@ -21,6 +21,7 @@ import contextlib
 import ctypes
 import json
 import os
+import resource
 import shutil
 import signal
 import sys
@@ -28,6 +29,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from taichi_tracer.teaching import catalogue, kept, loading, mistakes, running
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.isolate import SIZE, pack, unpack
 
@@ -37,10 +39,9 @@ PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Linux, from its headers
 class Work:
     """What a process keeps between requests: the assignment, and the classes under test."""
 
-    def __init__(self) -> None:
-        self.assignment: Any = None
-        self.student: Any = None
-        self.solution: Any = None
+    assignment: Any = None
+    student: Any = None
+    solution: Any = None
 
     def hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
         """Start Taichi, unless the request says that it is not needed."""
@@ -52,8 +53,6 @@ class Work:
 
     def load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Load the solution, and then the hand-in: all of it, or some files."""
-        from taichi_tracer.teaching import catalogue, loading
-
         self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
         self.solution = self.student = loading.solution_of(self.assignment)
@@ -66,8 +65,6 @@ class Work:
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Run one part."""
-        from taichi_tracer.teaching import running
-
         part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
         if not running.is_asked(part, self.student, self.assignment):
             return {"status": running.NOT_ASKED}, {}
@@ -90,8 +87,6 @@ class Work:
 
     def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
-        from taichi_tracer.teaching import kept, mistakes
-
         groups: dict[str, Arrays] = {"inputs": {}, "answers": {}, "expected": {}} | kept.parted(arrays)
         part = self.assignment.part(message["part"])
         mistakes.prepare(self.assignment, message["seed"], [part])
@@ -137,8 +132,6 @@ def main(given: str, folder: str, limits: str) -> None:
 
 def take_limits(limits: dict) -> None:
     """The limits that hold for this process and for those that it starts; none of them can be raised again."""
-    import resource
-
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)  # so that no process that it starts leaves it
@@ -154,8 +147,6 @@ def take_limits(limits: dict) -> None:
 
 def allow_cpu(seconds: float) -> None:
     """The process is ended with SIGXCPU when it has used so many more seconds of CPU."""
-    import resource
-
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))

@@ -12,9 +12,9 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import boxes
-from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment, Verdict
+from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment, PartResult
 from taichi_tracer.teaching.grade import GradingSettings, pictures_of
-from taichi_tracer.teaching.marks import Mark, PartMark, most_points
+from taichi_tracer.teaching.marks import Mark, most_points
 from taichi_tracer.teaching.submissions import Submission
 
 THUMBNAIL = 96  # pixels: of a picture on the page of the class
@@ -110,13 +110,12 @@ def overview(mark: Mark) -> str:
     return headed(["part", "status", "points", "topic", "seconds"], rows)
 
 
-def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
+def part_box(part: PartResult, pictures: dict[str, np.ndarray]) -> str:
     """One part that is not right."""
     facts = f"{part.earned:g} of {part.points:g} points, {part.topic}"
     hint = part.findings[0]["hint"] if part.findings else ""
     found = [finding["text"] for finding in part.findings]
-    verdict = Verdict(part.status, part.share, part.message, part.first_wrong, pictures)
-    return boxes.box(part.name, facts, verdict, found, hint)
+    return boxes.box(part.name, facts, replace(part, pictures=pictures), found, hint)
 
 
 # ── the class ──

@@ -31,12 +31,12 @@ from taichi_tracer.teaching.base import (
     Arrays,
     Assignment,
     Part,
-    Verdict,
+    PartResult,
 )
 from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, Limits, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.loading import LONGEST_MESSAGE, OK
-from taichi_tracer.teaching.marks import Mark, PartMark, mark_of, plain
+from taichi_tracer.teaching.marks import Mark, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.roundabout import check_imports
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
@@ -168,7 +168,13 @@ def grade(
     except RefusedError as error:
         reason = clean(str(error))
         parts = tuple(
-            PartMark(p.name, p.topic, 0.0 if p.is_optional else p.points, 0.0, MISSING, "nothing was unpacked")
+            PartResult(
+                MISSING,
+                message="nothing was unpacked",
+                name=p.name,
+                topic=p.topic,
+                points=p.points * (not p.is_optional),
+            )
             for p in assignment.parts
         )
         return replace(blank, parts=parts, refused=reason), pictures
@@ -194,11 +200,11 @@ class Runner:
     def __exit__(self, *_error) -> None:
         self._end()
 
-    def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartMark:
+    def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartResult:
         """The mark of one part; its pictures are added."""
         start = time.perf_counter()
         expected = self.reference.expected[part.name]
-        blank = PartMark(part.name, part.topic, part.points, 0.0, CRASHED)
+        blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
         try:
             reply, answers = self._ask(part)
         except ChildEnded as error:
@@ -224,7 +230,7 @@ class Runner:
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
         return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
 
-    def consequential(self, part: Part, marks: Mapping[str, PartMark]) -> PartMark:
+    def consequential(self, part: Part, marks: Mapping[str, PartResult]) -> PartResult:
         """The mark of a part, among those of all. A method that is wrong must not cost its points in every picture.
 
         The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
@@ -318,14 +324,14 @@ class Runner:
             self._child = None
 
 
-def judged(part: Part, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+def judged(part: Part, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
     """The verdict on numbers that a submission's process sent; whatever they are, it is a verdict."""
     answers = {name: values for name, values in answers.items() if name in expected}
     try:
         with np.errstate(all="ignore"):
             return part.judge(inputs, answers, expected)
     except Exception as error:  # of numbers that no honest method gives
-        return Verdict(CRASHED, 0.0, f"the answers cannot be compared ({type(error).__name__})")
+        return PartResult(CRASHED, 0.0, f"the answers cannot be compared ({type(error).__name__})")
 
 
 def clean(text: object, longest: int = LONGEST_MESSAGE, lines: bool = False) -> str:

@@ -14,8 +14,8 @@ import taichi_tracer
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.base import RIGHT, Assignment
-from taichi_tracer.teaching.marks import Mark, PartMark, plain
+from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
+from taichi_tracer.teaching.marks import Mark, plain
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
@@ -72,7 +72,7 @@ def results(mark: Mark) -> dict:
     return plain({**facts, **SCHEMA, "tests": tests})
 
 
-def test(number: int, part: PartMark) -> dict:
+def test(number: int, part: PartResult) -> dict:
     """One part as a test of Gradescope."""
     return {
         "name": part.name,
@@ -87,7 +87,7 @@ def test(number: int, part: PartMark) -> dict:
     }
 
 
-def feedback_on(part: PartMark) -> str:
+def feedback_on(part: PartResult) -> str:
     """What a student reads about a part, in Markdown."""
     lines = [f"**{part.status}**: {escaped(part.message)}"]
     if part.first_wrong:

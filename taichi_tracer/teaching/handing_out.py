@@ -10,7 +10,7 @@ from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.cutting import for_otter, solved, stub_of
 from taichi_tracer.teaching.notebooks import notebook
-from taichi_tracer.teaching.sealing import seal
+from taichi_tracer.teaching.sealed import seal
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
 CHECKS = "checks"  # the folder with the answers of a solution that is not handed out

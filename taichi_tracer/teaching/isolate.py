@@ -52,6 +52,7 @@ DISK = 128 << 20  # bytes that it can hold, in memory
 USER = 60_000_000  # the first of the user numbers that hand-ins get if the grader is root
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the hand-in
 SECONDS_TO_END = 5.0
+NOBODY = "65534:65534"  # the user and the group in a container
 OF_OTHERS = 10_000  # processes of the same user; where they count, too, looks at the processes end a fork bomb
 POLL = 0.2  # seconds between two looks at the memory
 CHUNK = 1 << 16  # bytes that are read at a time
@@ -162,8 +163,7 @@ class SubmissionProcess:
         keep: Path | None = None,
         assignment: Path | None = None,
     ) -> None:
-        check_system()
-        self.limits, self.level, self.printed, self._received = limits, level, b"", b""
+        self.limits, self.level, self.printed, self._received = limits, level, b"", bytearray()
         self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
         self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
         self.given = str(keep or self._temporary.name)
@@ -173,6 +173,8 @@ class SubmissionProcess:
             if source is not None:
                 without = shutil.ignore_patterns("mistakes.py", "__pycache__") if source is assignment else None
                 shutil.copytree(source, f"{self.given}/{name}", symlinks=True, ignore=without)
+        if level.name == "container":
+            os.chmod(self.given, 0o755)  # its user is another one
         user = USER + secrets.randbelow(10_000_000) if level.user else None
         for place, folders, names in os.walk(self.given) if level.user else ():
             for name in (".", *folders, *names):
@@ -204,7 +206,7 @@ class SubmissionProcess:
         paths = [IN_CONTAINER] if is_container else python_path()
         place = f"sys.path[:{0 if is_container else ''}] = {paths!r}"
         limits = {} if self.limits is None else asdict(self.limits)
-        if self.level.name == "limits" and limits and not self.level.user:
+        if limits and not (self.level.user or self.level.name == "bwrap"):
             limits["processes"] += OF_OTHERS
         start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
         start += "from taichi_tracer.teaching import child; child.main(*sys.argv[1:])"
@@ -213,12 +215,6 @@ class SubmissionProcess:
         if is_container:
             return [*container_words(self.level.image, self.given, self._name, self.limits or Limits()), *words]
         return [*bwrap_words(self.given), *words] if self.level.name == "bwrap" else words
-
-    def __enter__(self) -> "SubmissionProcess":
-        return self
-
-    def __exit__(self, *_error) -> None:
-        self.end()
 
     def ask(self, message: dict, arrays: Arrays | None = None, wall: float | None = None) -> tuple[dict, Arrays]:
         """Send a request, see ``child``, and wait for its answer.
@@ -241,14 +237,12 @@ class SubmissionProcess:
             if self._received or reply.pop("ticket", None) != ticket:
                 raise ValueError("its ticket is wrong, or more than one came")
             return reply, found
-        except TimeoutError:
-            self.end()
-            raise ChildEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
-        except ChildEnded:
-            self.end()
-            raise
         except Exception as error:
             self.end()
+            if isinstance(error, TimeoutError):
+                raise ChildEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
+            if isinstance(error, ChildEnded):
+                raise
             raise ChildEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
 
     def _send(self, data: bytes) -> None:
@@ -272,7 +266,7 @@ class SubmissionProcess:
                 if not data:
                     raise self._why_it_ended()
                 self._received += data
-        taken, self._received = self._received[:size], self._received[size:]
+        taken, self._received = bytes(self._received[:size]), self._received[size:]
         return taken
 
     def _look(self, limits: Limits) -> None:
@@ -310,9 +304,11 @@ class SubmissionProcess:
 
     def hurry(self) -> None:
         """End every process; ``ask`` raises ChildEnded then. Any thread may call this."""
-        with contextlib.suppress(OSError):
-            while found := below(self._process.pid):  # they may start more meanwhile
-                for process in found:
+        for _ in range(50):  # they may start more meanwhile
+            if not (found := below(self._process.pid)):
+                break
+            for process in found:
+                with contextlib.suppress(OSError):
                     os.kill(process, signal.SIGKILL)
         with contextlib.suppress(OSError):
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -321,6 +317,8 @@ class SubmissionProcess:
 
     def end(self) -> None:
         """End the process and everything that it started, and remove its folder."""
+        if self._process.stdout.closed:
+            return
         with contextlib.suppress(OSError, subprocess.TimeoutExpired):
             if self.limits is None:  # the solution's process writes its compiled kernels when no request can come
                 self._process.stdin.close()
@@ -372,9 +370,8 @@ def readable() -> tuple[str, ...]:
 def environment(folder: str, is_trusted: bool) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
-    if is_trusted:
-        kept[VARIABLE] = str(cache_folder().parent)
     return kept | {
+        **({VARIABLE: str(cache_folder().parent)} if is_trusted else {}),
         "HOME": folder,
         "TMPDIR": f"{folder}/tmp",
         "TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/cache",
@@ -408,7 +405,7 @@ def engine() -> str:
 def container_words(image: str, given: str, name: str, limits: Limits) -> list[str]:
     """The words that run a program in a container, which has this package, and Python and libraries of its own."""
     words = [engine(), "run", "--rm", "--interactive", "--name", name, "--network", "none", "--read-only"]
-    words += ["--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--user", str(USER), "--workdir", "/"]
+    words += ["--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--user", NOBODY, "--workdir", "/"]
     words += ["--memory", str(limits.resident), "--pids-limit", str(limits.processes)]
     words += ["--tmpfs", f"{WORK}:rw,exec,mode=1777,size={DISK}", "--volume", f"{given}:{given}:ro"]
     words += ["--volume", f"{PACKAGE}:{IN_CONTAINER}/{PACKAGE.name}:ro"]
@@ -435,8 +432,9 @@ def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
     if level.name == "bwrap" and shutil.which("bwrap") is None:
         return "bubblewrap is not installed: apt-get install bubblewrap"
     try:
-        with SubmissionProcess(None, level, Limits()) as child:
-            child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
+        child = SubmissionProcess(None, level, Limits())
+        child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
+        child.end()
     except OSError as error:
         return f"Python cannot be started: {error.strerror}"
     except ChildEnded as error:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, Verdict
+from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, PartResult
 
 
 class JudgeOfRows:
@@ -89,15 +89,15 @@ class Numbers(JudgeOfRows):
         near &= np.isfinite(right)  # nothing but infinity is near infinity
         return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
 
-    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
         agrees = self.agrees(inputs, answers, expected)
         if agrees.all():
-            return Verdict(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
+            return PartResult(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
         first = int(np.argmin(agrees))
         told = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
         share = self.earned(inputs, answers, expected)
-        return Verdict(WRONG, share, told, first_wrong(inputs, answers, expected, first, len(agrees)))
+        return PartResult(WRONG, share, told, first_wrong(inputs, answers, expected, first, len(agrees)))
 
 
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
@@ -182,11 +182,11 @@ class Samples(JudgeOfRows):
         scores = self.scores(answers, expected)
         return {name: (abs(z) <= self.largest_z).all(axis=1) for name, z in scores.items()}
 
-    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
         agrees = self.agrees(inputs, answers, expected)
         if agrees.all():
-            return Verdict(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
+            return PartResult(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
         first = int(np.argmin(agrees))
         worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
@@ -195,7 +195,7 @@ class Samples(JudgeOfRows):
         share = self.earned(inputs, answers, expected)
         if self.for_means > share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
             share, told = self.for_means, f"{told}; their means are right"
-        return Verdict(WRONG, share, told, wrong)
+        return PartResult(WRONG, share, told, wrong)
 
     def told(self, answers: Arrays) -> Arrays:
         """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
@@ -254,18 +254,18 @@ class Pictures:
             largest = largest + self.largest_z * error
         return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
 
-    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
         agrees = self.agrees(inputs, answers, expected)
         share = float(agrees.mean())
         right = np.asarray(expected["picture"], np.float64)
         yours = answers.get("picture")
         if np.shape(yours) != right.shape:
-            return Verdict(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
+            return PartResult(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
         yours = np.asarray(yours, np.float64)
         pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
         if share >= 1 - self.allowed:
-            return Verdict(RIGHT, 1.0, "the picture is right", {}, pictures)
+            return PartResult(RIGHT, 1.0, "the picture is right", {}, pictures)
         row, column = divmod(int(np.argmin(agrees)), right.shape[1])
         first = {
             "input": {"row from the top": row, "column": column},
@@ -275,7 +275,7 @@ class Pictures:
         _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
         chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
         told = f"{(1 - share):.0%} of the pixels are wrong"
-        return Verdict(WRONG, beyond_chance(share, chance), told, first, pictures)
+        return PartResult(WRONG, beyond_chance(share, chance), told, first, pictures)
 
 
 def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:

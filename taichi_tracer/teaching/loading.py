@@ -1,8 +1,12 @@
 """Loads the classes of a folder: a student's, beside the solution's versions of the other files, or a solution's."""
 
+import ast
 import contextlib
+import functools
+import inspect
 import re
 import sys
+import textwrap
 import traceback
 import types
 from collections.abc import Sequence
@@ -12,31 +16,14 @@ from pathlib import Path
 from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.source import plain
-from taichi_tracer.teaching.base import CRASHED, MISSING, Arrays, Assignment, Part
-from taichi_tracer.teaching.reading import module_of
+from taichi_tracer.teaching.base import CRASHED, MISSING, Assignment, Part, PartResult
 from taichi_tracer.teaching.stubs import is_stub
 
 OK = "ok"
+KIT = "taichi_tracer.teaching"
+FOR_STUDENTS = {f"{KIT}.not_written", f"{KIT}.check"}
+NOT_UTF8 = "the file is not in UTF-8: save it so, or name its encoding in its first line, as in # coding: latin-1"
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
-
-
-@dataclass
-class Answer:
-    """What running a part gave: arrays, or the reason why there are none.
-
-    Attributes:
-        status: "ok", "not written", "crashed" or "missing".
-        arrays: the answers.
-        message: one sentence about a crash. line: where it was, in the student's file; 0 if unknown. file: its name.
-        seconds: how long it took, with compilation.
-    """
-
-    status: str
-    arrays: Arrays = field(default_factory=dict)
-    message: str = ""
-    line: int = 0
-    file: str = ""
-    seconds: float = 0.0
 
 
 @dataclass
@@ -55,12 +42,12 @@ class Loaded:
     """
 
     classes: dict[str, type]
-    errors: dict[str, Answer] = field(default_factory=dict)
+    errors: dict[str, PartResult] = field(default_factory=dict)
     folder: Path | None = None
     together: dict[str, type] = field(default_factory=dict)
     is_of_course: bool = False
     optional: frozenset[str] = frozenset()
-    failed: dict[str, Answer] = field(default_factory=dict)
+    failed: dict[str, PartResult] = field(default_factory=dict)
     modules: dict[str, types.ModuleType] = field(default_factory=dict)
     told: set[str] = field(default_factory=set)
 
@@ -75,9 +62,9 @@ class Loaded:
 
     def beside(self, part: Part) -> dict[str, object]:
         """The methods of a solution that stand beside that of a part."""
-        of_class = vars(self.classes[part.replaces]).items() if part.replaces in self.classes else ()
-        names = {name: value for name, value in of_class if is_method(name, value) and not is_stub(value)}
-        return {name: value for name, value in names.items() if name != part.method}
+        of_class = vars(self.classes.get(part.replaces, object)).items()
+        written = {name: value for name, value in of_class if is_method(name, value) and not is_stub(value)}
+        return {name: value for name, value in written.items() if name != part.method}
 
 
 def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
@@ -116,7 +103,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
         if file in found.errors:
             loaded.errors[file] = crash(found.errors[file], folder)
         elif not (folder / file).is_file():
-            loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
+            loaded.errors[file] = PartResult(MISSING, message=f"the file {file} is missing", file=file)
     classes = borders.borders_of(found.classes)
     loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
     for name, file in graduate.items():
@@ -136,41 +123,109 @@ def load_classes(folder: str | Path, files: Sequence[str], others: Loaded | None
     """
     folder = Path(folder).resolve()
     loaded = Loaded({}, {}, folder)
-    before = set(sys.modules)
     places = [folder] if others is None or others.folder is None else [others.folder, folder]
     names = {path.stem for place in places for path in place.glob("*.py")}
-    hidden = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    former, hidden = sys.path[:], {name: sys.modules.pop(name) for name in names if name in sys.modules}
     own = {Path(file).stem for file in files}
     sys.modules |= {name: module for name, module in (others.modules if others else {}).items() if name not in own}
-    paths = [str(place) for place in places]
-    sys.path[:0] = paths
+    sys.path[:0] = map(str, places)
     try:
         for file in files:
-            if not (folder / file).is_file():
-                loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
-                continue
             try:
+                if not (folder / file).is_file():
+                    loaded.errors[file] = PartResult(MISSING, message=f"the file {file} is missing", file=file)
+                    continue
                 module = module_of(folder / file)
+            except KeyboardInterrupt:
+                raise
             except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
-                if isinstance(error, KeyboardInterrupt):
-                    raise
                 loaded.errors[file] = crash(error, folder)
                 continue
             loaded.modules[module.__name__] = module
-            loaded.classes |= {
-                name: value
-                for name, value in vars(module).items()
-                if isinstance(value, type) and value.__module__ == module.__name__
-            }
+            of_file = {name: value for name, value in vars(module).items() if isinstance(value, type)}
+            loaded.classes |= {name: cls for name, cls in of_file.items() if cls.__module__ == module.__name__}
     finally:
-        for path in paths:
-            with contextlib.suppress(ValueError):
-                sys.path.remove(path)
-        for name in set(sys.modules) - before:
-            if name in names:
-                del sys.modules[name]
+        sys.path[:] = former
+        for name in names:
+            sys.modules.pop(name, None)
         sys.modules.update(hidden)
     return loaded
+
+
+def module_of(file: Path) -> types.ModuleType:
+    """Run a file as the module of its name, without a cached bytecode beside it."""
+    if file.stem in sys.modules:
+        return sys.modules[file.stem]
+    module = types.ModuleType(file.stem)
+    module.__file__ = str(file)
+    sys.modules[file.stem] = module
+    try:
+        exec(compiled(file), module.__dict__)
+    except BaseException:
+        sys.modules.pop(file.stem, None)
+        raise
+    return module
+
+
+def compiled(file: Path) -> types.CodeType:
+    """The code of a student's file, in UTF-8, with a mark or without, or in the encoding that a line names.
+
+    Raises:
+        SyntaxError: the code, or its encoding, is wrong.
+        InputError: it imports what belongs to the kit.
+    """
+    raw = file.read_bytes()  # Python finds the encoding of bytes
+    try:
+        tree = ast.parse(raw, str(file))
+    except (SyntaxError, ValueError):
+        is_utf8 = b"\0" not in raw
+        with contextlib.suppress(UnicodeDecodeError):
+            raw.decode("utf-8")
+            if is_utf8:
+                raise
+        raise SyntaxError(NOT_UTF8) from None
+    if found := sorted(imports_of_the_kit(tree)):
+        raise InputError(f"{found[0]} belongs to the kit that judges: a solution cannot import it")
+    return compile(tree, str(file), "exec")
+
+
+def imports_of_the_kit(tree: ast.AST) -> set[str]:
+    """What a file imports of ``taichi_tracer.teaching``, but for what is made for students."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module == KIT:
+            found |= {f"{KIT}.{alias.name}" for alias in node.names} - FOR_STUDENTS
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+            found |= {name for name in names if name.startswith(f"{KIT}.")}
+    return found
+
+
+def taken_name(cls: type, own: set[str]) -> tuple[str, type] | None:
+    """A method of a student's class whose name is that of a value of the package's class, which would hide it.
+
+    Args:
+        own: the names of the class's own methods.
+
+    Returns:
+        The name, and the package's class; None if there is no such method.
+    """
+    for base in cls.__mro__:
+        if base.__module__.startswith("taichi_tracer.") and not base.__module__.startswith(KIT):
+            for name in sorted(own & values_of(base)):
+                return name, base
+    return None
+
+
+@functools.cache
+def values_of(base: type) -> frozenset[str]:
+    """The names that the methods of a class give to values of an object: ``self.name = …``."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
+    except (OSError, TypeError, SyntaxError):
+        return frozenset()
+    of_self = (n for n in ast.walk(tree) if isinstance(n, ast.Attribute) and isinstance(n.ctx, ast.Store))
+    return frozenset(n.attr for n in of_self if isinstance(n.value, ast.Name) and n.value.id == "self")
 
 
 def is_method(name: str, value: object) -> bool:
@@ -178,7 +233,7 @@ def is_method(name: str, value: object) -> bool:
     return hasattr(plain(value), "__code__") and not name.startswith("__")
 
 
-def crash(error: BaseException, folder: Path | None) -> Answer:
+def crash(error: BaseException, folder: Path | None) -> PartResult:
     """What is known about an exception of the student's code."""
     if isinstance(error, OwnCodeError):
         file, line, told = Path(error.file).name, error.line, error.text
@@ -186,7 +241,7 @@ def crash(error: BaseException, folder: Path | None) -> Answer:
         file, line = place_of(error, folder)
         told = f"{type(error).__name__}: {one_line(error)}"
     where = f"{file}:{line}: " if line else ""
-    return Answer(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
+    return PartResult(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
 
 
 def one_line(error: BaseException) -> str:

@@ -2,39 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from taichi_tracer.teaching.base import RIGHT
+from taichi_tracer.teaching.base import DIGITS, RIGHT, PartResult
 
-DIGITS = 2  # of points
-
-
-@dataclass(frozen=True)
-class PartMark:
-    """What one part of a submission is worth, and why.
-
-    Attributes:
-        name, topic: of the part. points: that a right answer has. share: of them, from 0 to 1.
-        status: see ``base.Verdict``. message: one sentence. first_wrong: see ``base.Verdict``.
-        findings: what is probably wrong, the fields of ``mistakes.Finding`` each.
-        seconds: how long the answer took, with compilation. It is no part of the mark.
-    """
-
-    name: str
-    topic: str
-    points: float
-    share: float
-    status: str
-    message: str = ""
-    first_wrong: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    findings: tuple[Mapping[str, Any], ...] = ()
-    seconds: float = 0.0
-
-    @property
-    def earned(self) -> float:
-        """The points that the answer is worth."""
-        return round(self.points * self.share, DIGITS)
+# What a mark says of each part.
+OF_A_PART = ("name", "topic", "points", "share", "status", "message", "first_wrong", "findings", "seconds")
 
 
 @dataclass(frozen=True)
@@ -49,7 +23,7 @@ class Mark:
 
     key: str
     student: str
-    parts: tuple[PartMark, ...]
+    parts: tuple[PartResult, ...]
     refused: str = ""
     notes: tuple[str, ...] = ()
     imports: tuple[str, ...] = ()
@@ -78,8 +52,8 @@ class Mark:
 
     def facts(self) -> dict:
         """The mark for JSON, with its sums."""
-        parts = [asdict(part) | {"earned": part.earned} for part in self.parts]
-        return plain({**asdict(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
+        parts = [{name: getattr(part, name) for name in (*OF_A_PART, "earned")} for part in self.parts]
+        return plain({**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
 
 
 def most_points(marks: Sequence[Mark]) -> float:
@@ -92,8 +66,8 @@ def mark_of(facts: dict) -> Mark:
     values = {name: facts[name] for name in Mark.__dataclass_fields__}
     parts = []
     for part in facts["parts"]:
-        chosen = {name: part[name] for name in PartMark.__dataclass_fields__}
-        parts.append(PartMark(**chosen | {"findings": tuple(part["findings"])}))
+        chosen = {name: part[name] for name in OF_A_PART}
+        parts.append(PartResult(**chosen | {"findings": tuple(part["findings"])}))
     values |= {"parts": tuple(parts)}
     return Mark(**values | {"notes": tuple(facts["notes"]), "imports": tuple(facts["imports"])})
 

@@ -7,7 +7,7 @@ import ast
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from taichi_tracer.teaching.reading import imports_of_the_kit
+from taichi_tracer.teaching.loading import imports_of_the_kit
 from taichi_tracer.teaching.submissions import shown
 
 ALWAYS_ALLOWED = ("__future__", "abc", "dataclasses", "enum", "math", "numpy", "taichi", "taichi_tracer", "typing")

@@ -9,6 +9,7 @@ import contextlib
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,8 @@ from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import sealed
-from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
-from taichi_tracer.teaching.loading import OK, Answer, Loaded, crash, is_method, solution_of
-from taichi_tracer.teaching.reading import taken_name
+from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
+from taichi_tracer.teaching.loading import OK, Loaded, crash, is_method, solution_of, taken_name
 from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark
 
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
@@ -75,7 +75,7 @@ def has_own_distribution(part: Part, student: Loaded) -> bool:
 
 def answer(
     part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files: dict[str, str] | None = None
-) -> Answer:
+) -> PartResult:
     """Run a part on the student's classes.
 
     Args:
@@ -84,11 +84,10 @@ def answer(
     """
     start = time.perf_counter()
     found = _answer(part, student, solution, inputs, files or {})
-    found.seconds = time.perf_counter() - start
-    return found
+    return replace(found, seconds=time.perf_counter() - start)
 
 
-def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files: dict[str, str]) -> Answer:
+def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files: dict[str, str]) -> PartResult:
     try:
         if part.replaces == "":
             if student.errors:
@@ -96,26 +95,26 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             stubs = [name for name in student.stubs() if name not in solution.optional]
             if stubs:
                 names = ", ".join(stubs) if len(stubs) <= MOST_NAMES else f"{len(stubs)} of the methods above"
-                return Answer(NOT_WRITTEN, message=f"it needs what is not written yet: {names}")
+                return PartResult(NOT_WRITTEN, message=f"it needs what is not written yet: {names}")
             subject: Any = student.namespace(solution)
         else:
             cls = student.classes.get(part.replaces)
             if cls is None:
                 reason = student.failed.get(part.replaces) or student.errors.get(files.get(part.replaces, ""))
-                return reason or Answer(MISSING, message=f"there is no class {part.replaces}")
+                return reason or PartResult(MISSING, message=f"there is no class {part.replaces}")
             if part.method in getattr(cls, "other_arguments", {}):
                 return crash(cls.other_arguments[part.method], student.folder)  # type: ignore[attr-defined]
             method = own_method(cls, part.method)
             if method is None:
-                return Answer(MISSING, message=f"{part.replaces} has no method {part.method}")
+                return PartResult(MISSING, message=f"{part.replaces} has no method {part.method}")
             if is_stub(method):
-                return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
+                return PartResult(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             if is_empty(method):
-                return Answer(NOT_WRITTEN, message="it does nothing, and returns nothing")
+                return PartResult(NOT_WRITTEN, message="it does nothing, and returns nothing")
             own = {name for name, value in vars(cls).items() if is_method(name, value)}
             if taken := taken_name(cls, own):
                 told = f"the package's {taken[1].__name__} has a value of the name {taken[0]}"
-                return Answer(CRASHED, message=f"{told}: give your method another one")
+                return PartResult(CRASHED, message=f"{told}: give your method another one")
             subject = class_under_test(cls, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             rules.check_whole(part.name, method, subject, right)
@@ -125,7 +124,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             beside_the_solution(part, student, solution, files),
         ):
             arrays = part.run(subject, inputs)
-        return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
+        return PartResult(OK, arrays={name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001 (a student's code may raise anything)

@@ -10,12 +10,13 @@ from teaching import sums
 from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
 from taichi_tracer.teaching import isolate
+from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.isolate import WallLevel, best_level
-from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.marks import Mark
 
 PARTS = (
-    PartMark("Sums.add", "sums", 2.0, 0.5, "wrong", "10 of 20"),
-    PartMark("Sums.subtract", "sums", 3.0, 1.0, "right"),
+    PartResult("wrong", 0.5, "10 of 20", name="Sums.add", points=2.0),
+    PartResult("right", 1.0, name="Sums.subtract", points=3.0),
 )
 
 

@@ -226,7 +226,7 @@ ATTACKS = {
     "patched grader": Attack(
         """
             from taichi_tracer.teaching import base, judges
-            judges.Numbers.__call__ = lambda *args: base.Verdict("right", 1.0)
+            judges.Numbers.__call__ = lambda *args: base.PartResult("right", 1.0)
             judges.Numbers.agrees = lambda self, inputs, *args: inputs["a"] == inputs["a"]
             """,
         "return a * 0",

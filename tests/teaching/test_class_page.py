@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 
 from taichi_tracer.teaching import class_page
+from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.isolate import WallLevel
-from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.marks import Mark
 from taichi_tracer.teaching.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"
 FOUND = {"names": ["pixel corner"], "share": 1.0, "text": "all agree", "hint": "which point?", "topic": "rays"}
-WRONG = PartMark("A.f", "rays", 4.0, 0.5, "wrong", "2 of 4", {"input": {"x": [1]}, "yours": {"y": EVIL}}, (FOUND,), 3.0)
-RIGHT = PartMark("A.f", "rays", 4.0, 1.0, "right", seconds=1.0)
-CRASHED = PartMark("A.f", "rays", 4.0, 0.0, "crashed", EVIL)
-PICTURE = PartMark("picture: x", "all", 1.0, 0.2, "wrong", "many pixels")
+OF_F = {"name": "A.f", "topic": "rays", "points": 4.0}
+WRONG = PartResult("wrong", 0.5, "2 of 4", {"input": {"x": [1]}, "yours": {"y": EVIL}}, findings=(FOUND,), **OF_F)
+RIGHT = PartResult("right", 1.0, seconds=1.0, **OF_F)
+CRASHED = PartResult("crashed", 0.0, EVIL, **OF_F)
+PICTURE = PartResult("wrong", 0.2, "many pixels", name="picture: x", topic="all", points=1.0)
 MARKS = (
     Mark("123456781.zip", "123456781", (RIGHT, PICTURE), level="bwrap"),
     Mark("123456782.zip", "123456782", (WRONG, PICTURE), "", ("a note",), ("x imports 'os'",)),

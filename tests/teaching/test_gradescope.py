@@ -10,7 +10,8 @@ import pytest
 from teaching import sums
 
 from taichi_tracer.teaching import catalogue, gradescope
-from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.base import PartResult
+from taichi_tracer.teaching.marks import Mark
 
 VISIBILITY = ("hidden", "after_due_date", "after_published", "visible")
 # Key → the type, or the values, that the documentation of Gradescope's autograders states.
@@ -43,11 +44,13 @@ MARK = Mark(
     "1.zip",
     "1",
     (
-        PartMark("A.f", "rays", 4.0, 0.25, "wrong", "3 of 4", {"input": {"x": [1, 2]}, "yours": {"y": float("nan")}}),
-        PartMark(
-            "A.g", "rays", 2.0, 1.0, "right", findings=({"names": ["m"], "text": "t", "hint": "h", "topic": "x"},)
+        PartResult(
+            "wrong", 0.25, "3 of 4", {"input": {"x": [1, 2]}, "yours": {"y": float("nan")}}, name="A.f", points=4.0
         ),
-        PartMark("A.h", "rays", 1.0, 0.0, "crashed", EVIL),
+        PartResult(
+            "right", 1.0, name="A.g", points=2.0, findings=({"names": ["m"], "text": "t", "hint": "h", "topic": "x"},)
+        ),
+        PartResult("crashed", 0.0, EVIL, name="A.h", points=1.0),
     ),
     "",
     ("note",),

@@ -63,9 +63,10 @@ def test_a_process_answers_at_every_level(reference, tmp_path, level):
         pytest.skip(f"this machine has no {level}")
     (tmp_path / "sums.py").write_text(sums.submission(add="print('hello')\nreturn a + b"))
     request = {"do": "load", "assignment": "assignment/sums", "folder": "submission", "starts_taichi": False}
-    with SubmissionProcess(tmp_path, level, LIMITS, assignment=reference.assignment.folder) as child:
-        child.ask(request, wall=100)
-        reply, arrays = child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
+    child = SubmissionProcess(tmp_path, level, LIMITS, assignment=reference.assignment.folder)
+    child.ask(request, wall=100)
+    reply, arrays = child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
+    child.end()
     assert reply["status"] == "ok"
     np.testing.assert_array_equal(arrays["value"], 2 * np.ones(20))
     assert child.output.strip() == "hello"

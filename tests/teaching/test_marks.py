@@ -1,10 +1,11 @@
 """Marks: the points of the parts add up."""
 
-from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.base import PartResult
+from taichi_tracer.teaching.marks import Mark
 
 PARTS = (
-    PartMark("A.f", "rays", 4.0, 1 / 3, "wrong", "no", {"input": {"x": float("nan")}}, ({"names": ["m"]},), 2.0),
-    PartMark("A.g", "rays", 2.0, 1.0, "right", seconds=1.0),
+    PartResult("wrong", 1 / 3, name="A.f", points=4.0, seconds=2.0),
+    PartResult("right", 1.0, name="A.g", points=2.0, seconds=1.0),
 )
 MARK = Mark("1.zip", "1", PARTS, "", ("note",), ("camera.py imports 'os'",), "limits", "hi")
 

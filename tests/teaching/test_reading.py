@@ -3,8 +3,7 @@
 import pytest
 
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.loading import load_submission, solution_of
-from taichi_tracer.teaching.reading import compiled
+from taichi_tracer.teaching.loading import compiled, load_submission, solution_of
 from taichi_tracer.teaching.running import answer
 
 CODE = 'NAME = "Grün"\n'
