@@ -1,5 +1,6 @@
 """The server answers who knows the token, on this machine and from its own page; it refuses everything else."""
 
+import contextlib
 import http.client
 import json
 import socket
@@ -7,23 +8,27 @@ import struct
 import threading
 
 import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
 
 from taichi_tracer.apps import server as module
 from taichi_tracer.apps.events import checked
 from taichi_tracer.apps.frames import Frame
-from taichi_tracer.apps.server import Server, open_server
+from taichi_tracer.apps.server import LiveServer, open_server
 
 
 class Watched:
-    """A session without a renderer."""
+    """A session without a renderer, which has one frame."""
 
     def __init__(self):
-        self.events, self.is_over = [], False
+        self.events, self.is_over, self.came = [], False, threading.Event()
 
     def post(self, event):
         self.events.append(checked(event))
+        self.came.set()
 
     def wait_for_frame(self, since, patience):
+        self.came.wait(patience if since >= 3 else 0)
         return Frame(3, "png", b"picture", '{"a": 1}', '{"b": 2}', 7, 2) if since < 3 else None
 
     def call(self, function, patience=1.0):
@@ -36,156 +41,159 @@ class Watched:
 @pytest.fixture
 def server():
     found = open_server(Watched())
-    thread = threading.Thread(target=found.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
-    thread.start()
     yield found
-    found.shutdown()
-    found.server_close()
-    thread.join(5)
+    found.session.is_over = True
+    found.close()
 
 
-def ask(server, method="GET", path="/", body=None, **headers):
-    """(status, headers, body); the right Host and token unless others are given."""
-    port = server.server_port
-    given = {"Host": f"127.0.0.1:{port}", "X-Token": server.token}
-    given |= {name.replace("_", "-"): value for name, value in headers.items()}
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
-    connection.putrequest(method, path, skip_host=True)
-    for name, value in {k: v for k, v in given.items() if v is not None}.items():
+def ask(server, path="/", **headers):
+    """(status, headers, body) of a page; the right Host unless another is given."""
+    given = {"Host": f"127.0.0.1:{server.port}"} | {name.replace("_", "-"): value for name, value in headers.items()}
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=5)
+    connection.putrequest("GET", path, skip_host=True)
+    for name, value in given.items():
         connection.putheader(name, value)
-    if body is not None and "Content-Length" not in given:
-        connection.putheader("Content-Length", str(len(body)))
-    connection.endheaders(body)
+    connection.endheaders()
     answer = connection.getresponse()
     found = answer.status, dict(answer.getheaders()), answer.read()
     connection.close()
     return found
 
 
-JSON = {"Content_Type": "application/json"}
+@contextlib.contextmanager
+def opened(server, token=None, **options):
+    """A WebSocket on which the token was shown."""
+    options = {"origin": f"http://127.0.0.1:{server.port}", "compression": None} | options
+    with connect(f"ws://127.0.0.1:{server.port}/socket", **options) as found:
+        found.send(server.token if token is None else token)
+        yield found
+
+
+def received(connection):
+    """(state, file) of the next message."""
+    data = connection.recv(5)
+    (length,) = struct.unpack("<I", data[:4])
+    return json.loads(data[4 : 4 + length]), data[4 + length :]
 
 
 def test_the_page_and_its_files_need_nothing_from_elsewhere(server):
     total = 0
     for path in module.PAGES:
-        status, headers, body = ask(server, path=path)
+        status, headers, body = ask(server, path)
         assert status == 200
-        assert b"://" not in body.replace(b"http://127", b"")
+        assert b"://" not in body.replace(b"ws://${location.host}", b"")
         assert headers["Content-Security-Policy"].startswith("default-src 'none'")
         assert headers["Cache-Control"] == "no-store"
         assert "Access-Control-Allow-Origin" not in headers
         assert headers["Server"] == "taichi_tracer"
+        assert server.token.encode() not in body
         total += len(body)
     assert total < 60_000
 
 
-def test_frames_have_their_state_before_the_file(server, monkeypatch):
-    monkeypatch.setattr(module, "PATIENCE", 0.05)
-    status, headers, body = ask(server, path="/frame?since=1")
-    length, more = struct.unpack("<II", body[:8])
-    assert (status, headers["X-Frame"], headers["X-Kind"], headers["X-Details"]) == (200, "3", "png", "7")
-    assert json.loads(body[8 : 8 + length]) == {"a": 1}
-    assert json.loads(body[8 + length : 8 + length + more]) == {"b": 2}
-    assert body[8 + length + more :] == b"picture"
-    assert ask(server, path="/frame?since=2&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}'
-    assert ask(server, path="/frame?since=1&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}picture'
-    assert ask(server, path="/frame?since=3")[0] == 204
-    assert ask(server, path="/picture.png")[2] == b"file"
-
-
-def test_events_are_taken(server):
-    body = json.dumps([{"type": "drag", "dx": 0.1, "dy": 0}, {"type": "reset"}]).encode()
-    assert ask(server, "POST", "/event", body, **JSON)[0] == 204
-    assert server.session.events == [("drag", {"dx": 0.1, "dy": 0.0}), ("reset", {})]
+def test_frames_are_sent_and_events_are_taken(server):
+    with opened(server) as page:
+        state, data = received(page)
+        assert state == {"a": 1, "b": 2, "id": 3, "kind": "png", "lost": ""}
+        assert data == b"picture"
+        page.send(json.dumps({"type": "ack", "id": 3}))
+        page.send(json.dumps({"type": "drag", "dx": 0.1, "dy": 0}))
+        page.send(json.dumps({"type": "save", "kind": "png"}))
+        assert received(page) == ({"file": "picture.png"}, b"file")
+    assert ("drag", {"dx": 0.1, "dy": 0.0}) in server.session.events
 
 
 @pytest.mark.parametrize(
-    ("request_of", "status"),
+    "message",
     [
-        ({"path": "/frame", "X_Token": None}, 403),
-        ({"path": "/frame", "X_Token": "wrong"}, 403),
-        ({"path": "/frame", "X_Token": "\xe9"}, 403),
-        ({"path": "/picture.png", "X_Token": None}, 403),
-        ({"method": "POST", "path": "/event", "body": b"[]", "X_Token": None, **JSON}, 403),
-        ({"Host": "evil.example:8765"}, 403),
-        ({"Host": None}, 403),
-        ({"path": "/frame", "Origin": "http://evil.example"}, 403),
-        ({"path": "/frame", "Origin": "null"}, 403),
-        ({"path": "/frame", "Sec_Fetch_Site": "cross-site"}, 403),
-        ({"path": "/../pyproject.toml"}, 404),
-        ({"path": "/live/../../__init__.py"}, 404),
-        ({"path": "/frame?since=-1"}, 400),
-        ({"path": "/frame?since=0&details=x"}, 400),
-        ({"path": "/frame?since=%C2%B2"}, 400),
-        ({"path": "/picture.gif"}, 404),
-        ({"path": "/picture./etc/passwd"}, 404),
-        ({"path": "/frame?since=" + "9" * 40}, 400),
-        ({"method": "POST", "path": "/event", "body": b"[]"}, 415),
-        ({"method": "POST", "path": "/event", "body": b"[]", "Content_Type": "text/plain"}, 415),
-        ({"method": "POST", "path": "/elsewhere", "body": b"[]", **JSON}, 404),
-        ({"method": "POST", "path": "/event", "body": b"no json", **JSON}, 400),
-        ({"method": "POST", "path": "/event", "body": b"{}", **JSON}, 400),
-        ({"method": "POST", "path": "/event", "body": b"[" * 20_000, **JSON}, 400),
-        ({"method": "POST", "path": "/event", "body": b'[{"type": "fov", "value": 1e999}]', **JSON}, 400),
-        ({"method": "POST", "path": "/event", "body": b"[" + b"{}," * 400 + b"{}]", **JSON}, 400),
-        ({"method": "POST", "path": "/event", "Content_Length": "100000000", **JSON}, 413),
-        ({"method": "POST", "path": "/event", "Content_Length": "x", **JSON}, 411),
-        ({"method": "POST", "path": "/event", "Content_Length": "9" * 5000, **JSON}, 413),
-        (
-            {
-                "method": "POST",
-                "path": "/event",
-                "body": b'[{"type": "drag", "dx": 1%s, "dy": 0}]' % (b"0" * 400),
-                **JSON,
-            },
-            400,
-        ),
-        ({"method": "POST", "path": "/event", "body": b'[{"type": "zoom", "by": 1%s}]' % (b"0" * 5000), **JSON}, 400),
-        ({"method": "POST", "path": "/event", "body": b"[]", "Origin": "http://evil.example", **JSON}, 403),
-        ({"method": "PUT", "path": "/event", "body": b"[]"}, 501),
+        *("no json", "[" * 20_000, "[]", '{"type": "fov", "value": 1e999}', '{"type": "save", "kind": "/etc/passwd"}'),
+        '{"type": "drag", "dx": 1%s, "dy": 0}' % ("0" * 400),
+        '{"type": "zoom", "by": 1%s}' % ("0" * 5000),
     ],
 )
-def test_everything_else_is_refused(server, request_of, status):
-    found, _, body = ask(server, **request_of)
-    assert found == status
-    assert server.token.encode() not in body
+def test_what_is_wrong_is_answered_with_one_line_and_the_page_goes_on(server, message):
+    with opened(server) as page:
+        received(page)
+        page.send(message)
+        state, _ = received(page)
+        assert 0 < len(state["message"]) < 200
+        page.send(json.dumps({"type": "reset"}))
+        page.send(json.dumps({"type": "save", "kind": "exr"}))
+        assert received(page)[0] == {"file": "picture.exr"}
+
+
+@pytest.mark.parametrize("token", ["", "wrong", "\xe9", b"bytes"])
+def test_without_the_token_nothing_is_sent(server, token):
+    with opened(server, token) as page, pytest.raises(ConnectionClosed, match="contains the token"):
+        page.recv(5)
     assert server.session.events == []
 
 
-def test_it_listens_on_this_machine_alone(server):
-    assert server.server_address[0] == "127.0.0.1"
-
-
 @pytest.mark.parametrize(
-    "line",
+    ("headers", "status"),
     [
-        b"GET /\r\n",
-        b"GET / HTTP/0.9\r\n\r\n",
-        b"GARBAGE\r\n\r\n",
-        b"\x16\x03\x01 a b c d\r\n",
-        b"GET / HTTP/1.x\r\n\r\n",
+        ({"Host": "evil.example:8765"}, 403),
+        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"path": "/../pyproject.toml"}, 404),
+        ({"path": "/live/../../__init__.py"}, 404),
     ],
 )
-def test_what_is_no_request_gets_one_refusal(server, line, capfd):
-    with socket.create_connection(("127.0.0.1", server.server_port), 5) as connection:
+def test_other_pages_and_files_are_refused(server, headers, status):
+    assert ask(server, **headers)[0] == status
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null"])
+def test_the_socket_is_closed_to_other_pages(server, origin):
+    with pytest.raises(InvalidStatus, match="403"), opened(server, origin=origin):
+        pass
+
+
+def closed_with(page):
+    """The code with which the server closes a connection."""
+    with contextlib.suppress(ConnectionClosed):
+        for _ in range(100):
+            page.recv(5)
+    return page.close_code
+
+
+def test_limits_of_size_rate_time_and_number(server, monkeypatch):
+    with opened(server) as page:
+        received(page)
+        page.send("x" * (module.MOST_BYTES + 1))
+        assert closed_with(page) == 1009
+    with opened(server) as page:
+        received(page)
+        with contextlib.suppress(ConnectionClosed):
+            for _ in range(5 * module.RATE):
+                page.send('{"type": "reset"}')
+        assert closed_with(page) == 1008
+    with contextlib.ExitStack() as pages:
+        for _ in range(module.MOST_CONNECTIONS):
+            received(pages.enter_context(opened(server)))
+        with opened(server) as late, pytest.raises(ConnectionClosed, match="at most 24 connections"):
+            late.recv(5)
+    monkeypatch.setattr(module, "PATIENCE", 0.2)
+    address = f"127.0.0.1:{server.port}"
+    with connect(f"ws://{address}/socket", origin=f"http://{address}") as silent, pytest.raises(ConnectionClosed):
+        silent.recv(5)
+
+
+@pytest.mark.parametrize("line", [b"GARBAGE\r\n\r\n", b"\x16\x03\x01 a b c d\r\n", b"PUT / HTTP/1.1\r\n\r\n"])
+def test_what_is_no_request_is_refused_in_silence(server, line, capfd):
+    with socket.create_connection(("127.0.0.1", server.port), 5) as connection:
         connection.sendall(line)
-        answer = b""
-        while more := connection.recv(1 << 16):
-            answer += more
-    assert answer.startswith(b"HTTP/1.1 400 Bad Request\r\n")
-    assert answer.endswith(b"\r\n\r\nBad Request\n")
-    assert answer.count(b"HTTP/1.1") == 1
+        while connection.recv(1 << 16):
+            pass
+    assert ask(server)[0] == 200
     assert capfd.readouterr().err == ""
 
 
-def test_a_server_that_ends_leaves_no_thread():
+def test_it_listens_on_this_machine_alone_and_leaves_no_thread():
     before = threading.active_count()
-    for _ in range(20):
-        found = Server(Watched(), 0)
-        thread = threading.Thread(target=found.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
-        thread.start()
+    for _ in range(5):
+        found = LiveServer(Watched(), 0)
         assert ask(found)[0] == 200
-        found.shutdown()
-        found.server_close()
-        thread.join(5)
+        found.close()
     assert threading.active_count() <= before + 1
+    with pytest.raises(OSError, match=r"refused|failed|unreachable"):
+        socket.create_connection((socket.gethostbyname(socket.gethostname()), found.port), 1)
