@@ -14,7 +14,7 @@ from taichi_tracer.apps.words import note
 from taichi_tracer.system.errors import InputError
 
 Command = Callable[[Namespace], int]  # takes the parsed arguments; returns the exit code
-CLUSTER = "taichi_tracer.cluster.command"  # has the commands that run on a cluster where --cluster is given
+CLUSTER = "taichi_tracer.cluster.sharing"  # has the commands that run on a cluster where --cluster is given
 
 
 class Parser(argparse.ArgumentParser):

@@ -399,8 +399,8 @@ def add_cluster_option(parser: ArgumentParser, what: str) -> None:
     parser.add_argument(
         "--cluster",
         metavar="ADDRESS",
-        help=f"{what} on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, or on local:N "
-        "processes of this machine; see docs/cluster.md",
+        help=f"{what} on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, on local:N "
+        "processes of this machine, or on slurm:N jobs; see docs/cluster.md",
     )
 
 

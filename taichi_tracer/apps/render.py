@@ -6,7 +6,7 @@ import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +38,12 @@ VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is n
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, that is told
 MOST_PLACES = 3  # of samples that are not finite: how many are told
+# On a cluster: a renderer, and (number of the picture, number of its view, bounces or None) → what takes the place of
+# ``renderer.render``.
+RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
 
 
-def run(args: Namespace, elsewhere: "RendersElsewhere | None" = None) -> int:
+def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
     """Render and write every view that was asked for.
 
     Args:
@@ -57,7 +60,7 @@ def run(args: Namespace, elsewhere: "RendersElsewhere | None" = None) -> int:
         stopwatch.stop()
 
 
-def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: stopwatch.Stopwatch | None) -> int:
+def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stopwatch.Stopwatch | None) -> int:
     """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
     paths = paths_of(request)
@@ -71,8 +74,6 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
         check_checkpoint(request, len(pictures))
     clock = Clock(args.started)
     scene = clock.load(request.scene)
-    if elsewhere is not None:
-        elsewhere.loaded(scene)
     is_in_place = True
     for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
         made = {}
@@ -85,7 +86,7 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
             for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
                 if bounces is not None:
                     renderer.bounces = bounces
-                render = renderer.render if elsewhere is None else elsewhere.renders(renderer, (i, j, bounces))
+                render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
                 with Interruption(has_come=lambda: False) as interruption:  # nothing, until there are samples
                     is_in_place &= make_picture(renderer, picture, request, path, clock, interruption, render)
                 if interruption.number is not None:
@@ -223,20 +224,6 @@ def write_so_far(renderer: ProgressiveRenderer, picture: PictureRequest, path: P
 def encoding_of(renderer: ProgressiveRenderer, picture: PictureRequest) -> dict[str, Any]:
     """How the picture of a renderer is written."""
     return renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
-
-
-class RendersElsewhere(Protocol):
-    """Who takes samples on other machines."""
-
-    def loaded(self, scene: SceneData) -> None:
-        """The scene was loaded here."""
-
-    def renders(self, renderer: ProgressiveRenderer, which: tuple) -> Callable[..., object]:
-        """What takes the place of ``renderer.render``.
-
-        Args:
-            which: (number of the picture, number of its view, bounces or None).
-        """
 
 
 class Clock:

@@ -1,114 +1,143 @@
-"""Many small jobs, each done by one worker: pictures of a turntable or of a study, or submissions of a class."""
+"""What a worker renders: the options of a command line, and the contents of the files that they name.
 
-import time
-from collections.abc import Callable, Sequence
+Paths of the sender do not travel. In the options, a file is named by its place within the job, such as
+``scene/box.obj``; shipped scenes and environments keep their names, because every worker has the same package.
+"""
+
+import hashlib
+import importlib.metadata
+import os
+import pickle
+import sys
+from argparse import Namespace
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
-from taichi_tracer.cluster.members import Cluster, Given, Member, last_line, later
-from taichi_tracer.cluster.ranges import LATE, Ledger
-from taichi_tracer.system.errors import IncompleteError, InputError
+import taichi_tracer
+from taichi_tracer.apps import options as groups
+from taichi_tracer.files.disk import make_folder, read_bytes, replace_file
+from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.scene_data_loader import name_of, shipped_scenes
+from taichi_tracer.system import runtime
 
-DEPTH = 2  # jobs that a worker has: one that it does, and one that waits
-TRIES = 3  # how often a job may fail
-LEAST = 5.0  # seconds after which a job may be late
-FETCH = 120.0  # seconds in which a result has to come
-WAIT = 0.1  # seconds between two looks at the workers
+# What only the sender needs: where things are written, when the picture ends, and the command itself.
+STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
+STAYS |= {"spp", "time", "error", "bounces", "frames", "degrees", "fps", "against", "denoise", "clamp", "profile"}
+CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
+# Pictures that differ only in these share a scene. A view belongs to it: one that needs light gives it the usual one.
+PICTURE = {
+    o.name for group in (groups.PICTURE, groups.DISPLAY, groups.PATHS, groups.MIS, groups.CAMERA) for o in group.options
+}
 
 
-class Sweep:
-    """Jobs that workers do, each once; a job of a worker that has gone, or that is slow, is given again.
+# ── versions ──
 
-    Args:
-        submit: (number of the job, worker) → the future of its result.
-        count: how many jobs there are.
+
+@cache
+def installation() -> dict[str, str]:
+    """What must be the same on all machines."""
+    digest, package = hashlib.sha256(), Path(taichi_tracer.__file__).parent
+    for path in sorted(package.rglob("*.py"), key=lambda path: path.relative_to(package).as_posix()):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return {
+        "taichi_tracer": f"{taichi_tracer.__version__} (source {digest.hexdigest()[:12]})",
+        "Taichi": importlib.metadata.version("taichi"),
+        "Python": f"{sys.version_info.major}.{sys.version_info.minor}",
+    }
+
+
+def difference(theirs: dict[str, str], ours: dict[str, str]) -> str:
+    """What differs, by name with both values: "Taichi 1.7.3 there, 1.7.4 here"; "" if nothing does."""
+    names = [name for name in ours if theirs.get(name) != ours[name]]
+    return ", ".join(f"{name} {theirs.get(name, 'unknown')} there, {ours[name]} here" for name in names)
+
+
+# ── jobs ──
+
+
+@dataclass(frozen=True)
+class Job:
+    """A picture, ready to travel.
+
+    Attributes:
+        options: the namespace of the command line; files are named by their places.
+        files: place → content.
+        which: (number of the picture, number of its view, bounces or None), of a command line with several.
+        threads: how many processors a worker uses; None for all.
+        facts: everything that the bits of the picture depend on, as the sender has them; None does not check them.
+        shares: of the pixels of an adaptive picture, see ``picture.adaptive``.
+        versions: what is installed at the sender.
     """
 
-    def __init__(self, cluster: Cluster, submit: Callable[[int, Member], Any], count: int) -> None:
-        self.cluster, self.submit, self.count = cluster, submit, count
-        self.book = Ledger(0, count)  # a job is a range of one
-        self.results: dict[int, Any] = {}
-        self.failures: dict[int, int] = {}
-        self.seconds: list[float] = []
+    options: dict[str, Any]
+    files: dict[str, bytes]
+    which: tuple = (0, 0, None)
+    threads: int | None = None
+    facts: dict[str, Any] | None = None
+    shares: Any = None
+    versions: dict[str, str] = field(default_factory=installation)
 
-    def run(self, watch: Callable[[int, Any], Any] | None = None) -> list[Any]:
-        """The results, in the order of the jobs.
+    def key(self, without: set[str]) -> str:
+        """A name that is equal for equal files, and equal options but for these."""
+        options = sorted((name, repr(value)) for name, value in self.options.items() if name not in without)
+        return hashlib.sha256(pickle.dumps([options, self.threads, sorted(self.files.items())])).hexdigest()
 
-        Args:
-            watch: called with the number and the result of each job as soon as it is done.
-        """
-        try:
-            while len(self.results) < self.count:
-                for member in self.cluster.look():
-                    for one in member.given:
-                        self.book.lose(one, member.address)
-                for member in self.cluster.members.values():
-                    self.take(member, watch)
-                    if member.state == "ready":
-                        self.give(member)
-                self.cluster.wait(WAIT)
-        finally:
-            for member in self.cluster.members.values():
-                member.given.clear()
-        return [self.results[i] for i in range(self.count)]
+    @cached_property
+    def keys(self) -> tuple[str, tuple]:
+        """A name that is equal for jobs that share a scene, and one for those that share a renderer."""
+        return self.key(PICTURE), (self.key(CAMERA), self.which)
 
-    def give(self, member: Member) -> None:
-        """Give a worker jobs; near the end also a job that another worker does slowly."""
-        while len(member.given) < DEPTH:
-            one = self.book.take(member.address, 1)
-            if one is None:
-                one = self.late(member)
-                if one is None:
-                    return
-                self.book.take_also(member.address, one)
-            member.given[one] = Given(self.submit(one[0], member), time.perf_counter())
+    def unpack(self, folder: Path) -> None:
+        """Write the files into a folder."""
+        for place, content in self.files.items():
+            make_folder((folder / place).parent, place)
+            replace_file(folder / place, content)
 
-    def late(self, member: Member) -> tuple[int, int] | None:
-        """A job that takes other workers too long; None if there is none."""
-        usual = sorted(self.seconds)[len(self.seconds) // 2] if self.seconds else float("inf")
-        for other in self.cluster.members.values():
-            for one, given in other.given.items():
-                is_alone = self.book.given.get(one) == {other.address}
-                if is_alone and time.perf_counter() - given.given_at > LATE * max(LEAST, DEPTH * usual):
-                    return None if other is member else one
-        return None
-
-    def take(self, member: Member, watch: Callable[[int, Any], Any] | None) -> None:
-        """Take a worker's results."""
-        for one, given in list(member.given.items()):
-            if not given.future.done():
-                continue
-            del member.given[one]
-            if given.future.status != "finished":
-                self.fail(one, member, given.future)
-            elif one in self.book.given:
-                try:
-                    result = later(given.future.result).result(FETCH)
-                except Exception:  # its worker has gone since
-                    self.fail(one, member, given.future)
-                    continue
-                self.book.finish(one, None)
-                self.seconds.append(time.perf_counter() - given.given_at)
-                self.results[one[0]] = result
-                member.done += 1
-                if watch is not None:
-                    watch(one[0], self.results[one[0]])
-
-    def fail(self, one: tuple[int, int], member: Member, future: Any) -> None:
-        """Give a job that failed again, unless the job itself is to blame."""
-        error = future.exception() if future.status == "error" else None
-        self.book.lose(one, member.address)
-        if isinstance(error, InputError):
-            raise error
-        self.failures[one[0]] = self.failures.get(one[0], 0) + 1
-        if self.failures[one[0]] >= TRIES:
-            reason = "it was lost" if error is None else last_line(error)
-            raise IncompleteError(f"job {one[0]} failed {TRIES} times: {reason}")
-        if member.state == "ready":
-            self.cluster.failed(member, future)
+    def arguments(self, folder: Path) -> Namespace:
+        """The namespace of the command line, with the paths of the files in this folder."""
+        options = dict(self.options)
+        for name in ("scene", "environment"):
+            if options[name] in self.files:
+                options[name] = str(folder / options[name])
+        options["parts"] = [str(folder / place) for place in options["parts"]]
+        return Namespace(**options, spp=None, time=None, error=None)
 
 
-def in_order(jobs: Sequence[Any]) -> list[Any]:
-    """A list of jobs; an InputError if there are none."""
-    if len(jobs) == 0:
-        raise InputError("cluster: give at least one job")
-    return list(jobs)
+def pack(args: Namespace, paths: Iterable[str | Path], threads: int | None = None) -> Job:
+    """The job of a command line, whose scene was loaded here.
+
+    Args:
+        paths: every file that was read while the scene was loaded. Shipped ones do not travel. Of the folders of the
+            others, only those below the one that all of them share are named.
+    """
+    options = {name: value for name, value in vars(args).items() if name not in STAYS}
+    settings = runtime.running_settings()
+    options |= {"arch": settings.arch, "precision": settings.precision}
+    places: dict[Path, str] = {}
+    shipped = shipped_environments()
+    if args.environment not in (None, "none") and args.environment not in shipped:
+        path = absolute(args.environment)
+        places[path] = options["environment"] = f"environment/{path.name}"
+    options["parts"] = []
+    for i, path in enumerate(map(absolute, args.parts)):
+        options["parts"].append(f"parts/{i}/{path.name}")
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:  # a folder of the course
+            places[file] = f"parts/{i}/{file.relative_to(path.parent).as_posix()}"
+    if args.scene not in shipped_scenes():
+        options["scene"] = name_of(Path(args.scene).expanduser().absolute())
+    if options["scene"] not in shipped_scenes():
+        file, known = absolute(args.scene), {*places, *map(absolute, shipped.values())}
+        of_scene = list(dict.fromkeys([file, *(path for path in map(absolute, paths) if path not in known)]))
+        root = Path(os.path.commonpath([path.parent for path in of_scene]))
+        places |= {path: f"scene/{path.relative_to(root).as_posix()}" for path in of_scene}
+        options["scene"] = places[file]
+    return Job(options, {place: read_bytes(path) for path, place in places.items()}, threads=threads)
+
+
+def absolute(path: str | Path) -> Path:
+    """The same file, wherever the program stands; links stay, because names in a scene begin beside the link."""
+    return Path(os.path.abspath(Path(path).expanduser()))

@@ -1,142 +1,116 @@
-"""What runs inside a worker of Dask. It passes questions on to the process that renders, and the answers back.
+"""What runs in a worker of Dask: samples of a range.
 
-These functions are sent by their names. Only dictionaries, texts, numbers and arrays travel beside them.
+Each process keeps one scene and its renderers, so that kernels are read once. One thread of it uses Taichi.
 """
 
 import contextlib
-import os
-import subprocess
-import threading
-from collections.abc import Sequence
+import io
+import signal
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
-from taichi_tracer.cluster.child import Child
-from taichi_tracer.cluster.versions import installation
-from taichi_tracer.system.processes import WorkerDied
+from taichi_tracer.apps.grammar import load_parts
+from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.cluster.jobs import Job, difference, installation
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
-IDLE = 900.0  # seconds after which a process that nobody asks for anything ends: its sender may be gone
-ENDING = 5.0  # seconds that a process may take to end
-SEATS = "taichi_tracer_seats"  # the attribute of Dask's worker that has them
-
-
-class GoneError(RuntimeError):
-    """The process that rendered has ended, with its scenes: they must be sent again."""
+taichi_thread = ThreadPoolExecutor(1)  # Dask may have several threads, and Taichi bears one
+kept: dict[str, Any] = {}  # key of a scene, the scene, its pictures and its folder; renderers by their keys
 
 
-class Seat:
-    """A process of one session on one worker; it is asked for one thing at a time.
+def dask_setup(_worker: Any) -> None:
+    """Called by Dask in a local worker: Ctrl-C in the terminal is for the program that has started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    Args:
-        folder: where it may write. threads: how many processors it may use.
-        child: the process. more: what else it is opened with.
+
+def deliver(job: Job) -> Job:
+    """The job itself: Dask keeps it on the workers, and makes it again if they are lost."""
+    return job
+
+
+def render_range(job: Job, first: int, count: int) -> dict[str, Any]:
+    """The samples first to first + count - 1 of every pixel: the film's arrays, and how many seconds they took.
+
+    Raises:
+        InputError: this worker cannot render them; the line names the worker.
     """
-
-    def __init__(self, folder: str, threads: int, child: Child, *more: Any) -> None:
-        self.lock = threading.Lock()
-        self.child = child
-        self.timer: threading.Timer | None = None
-        self.is_open = False
-        self.words = folder, threads, *more
-
-    def ask(self, method: str, *words: Any, **options: Any) -> Any:
-        """The answer of the process.
-
-        Raises:
-            InputError: what it was asked for cannot be done. GoneError: it ended.
-        """
-        with self.lock:
-            self.stop_timer()
-            try:
-                if not self.is_open:
-                    self.child.ask("open", *self.words).result()
-                    self.is_open, self.words = True, ()
-                return self.child.ask(method, *words, **options).result()
-            except WorkerDied:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    self.child.process.wait(ENDING)
-                code = self.child.process.returncode
-                raise GoneError(f"the process that renders has ended (exit code {code})") from None
-            finally:
-                self.timer = threading.Timer(IDLE, self.child.close)
-                self.timer.daemon = True
-                self.timer.start()
-
-    def stop_timer(self) -> None:
-        """Let the process live on, because it is needed."""
-        if self.timer is not None:
-            self.timer.cancel()
-
-    def close(self) -> None:
-        """Let the process end."""
-        self.stop_timer()
-        self.child.end()
-
-
-def introduce(dask_worker: Any = None) -> dict[str, str]:
-    """What is installed on this worker."""
-    return installation()
-
-
-def seats_of(dask_worker: Any) -> dict[str, Seat]:
-    """Session → its seat, of one of Dask's workers."""
-    if not hasattr(dask_worker, SEATS):
-        setattr(dask_worker, SEATS, {})
-    return getattr(dask_worker, SEATS)
-
-
-def seat_of(session: str) -> Seat:
-    """The seat of a session on the worker that runs this task."""
     from distributed import get_worker
 
-    seats = seats_of(get_worker())
-    if session not in seats:
-        raise GoneError("this worker has no process for this session")
-    return seats[session]
+    here = get_worker()
+    try:
+        unlike = difference(installation(), job.versions)
+        if unlike:
+            raise InputError(unlike)
+        return taichi_thread.submit(samples_of, job, here.local_directory, first, count).result()
+    except InputError as error:
+        raise InputError(f"worker {here.address}: {error}") from None
 
 
-def settle(session: str, settings: Sequence[Any], is_heard: bool) -> dict[str, str]:
-    """Start the process of a session and its Taichi, unless it runs; says how Taichi runs."""
-    from distributed import get_worker
-
-    worker = get_worker()
-    seats = seats_of(worker)
-    seat = seats.get(session)
-    if seat is None or seat.child.process.poll() is not None:
-        seat = seats[session] = Seat(worker.local_directory, threads_of(worker), Child(is_heard))
-    return seat.ask("settings", *settings)
-
-
-def threads_of(dask_worker: Any) -> int:
-    """How many processors a process on one of Dask's workers may use."""
-    return min(dask_worker.state.nthreads, os.cpu_count() or 1)
+def samples_of(job: Job, directory: str, first: int, count: int) -> dict[str, Any]:
+    """``render_range``, in the thread that uses Taichi."""
+    renderer = renderer_of(job, directory)
+    start = time.perf_counter()
+    renderer.first_sample = first
+    renderer.begin()
+    renderer.add_range(first, first + count)
+    renderer.film.samples = count
+    return {"arrays": renderer.film.to_arrays(), "seconds": time.perf_counter() - start}
 
 
-def receive(session: str, message: dict, which: Sequence[Any], hashes: Sequence[str], *pieces: bytes) -> dict:
-    """Load the scene of a parcel, and compile what a picture of it needs; returns what ``child.Desk.warm`` says."""
-    seat = seat_of(session)
-    seat.ask("receive", message, dict(zip(hashes, pieces, strict=True)))
-    return seat.ask("warm", message["id"], tuple(which))
+def renderer_of(job: Job, directory: str) -> Any:
+    """The renderer of a job. Pictures that differ only in where the camera stands share one.
+
+    Raises:
+        InputError: the picture is not the sender's, because something beside the versions differs.
+    """
+    scene_key, renderer_key = job.keys
+    if kept.get("key") != scene_key:
+        load_scene(job, directory)
+    renderer = kept["renderers"].get(renderer_key)
+    if renderer is not None and kept["job"] is job:
+        return renderer
+    _, pictures = scene_and_pictures_of(job.arguments(kept["folder"]))
+    picture_number, view_number, bounces = job.which
+    picture = pictures[picture_number]
+    if renderer is None:
+        renderer_class, integrator = picture.views[view_number]
+        renderer = picture.make_renderer(renderer_class, kept["scene"]).use(integrator.name)
+        if bounces is not None:
+            renderer.bounces = tuple(bounces)
+        renderer.begin()
+        renderer.add_range(0, 1)  # which compiles the kernels
+        kept["renderers"][renderer_key] = renderer
+    place = picture.make_camera(kept["scene"]).parameters()
+    del place["projection"]
+    renderer.camera.set_camera_parameters(**place)
+    if job.shares is not None:
+        renderer.shares.set(job.shares)
+    found = renderer.facts()
+    unlike = [name for name, value in (job.facts or {}).items() if found.get(name) != value]
+    if unlike:
+        raise InputError(f"it has another {', '.join(unlike)} than the machine that asks for the picture")
+    kept["job"] = job
+    return renderer
 
 
-def samples(session: str, parcel: str, which: Sequence[Any], first: int, count: int) -> dict:
-    """The samples of a range."""
-    return seat_of(session).ask("render", parcel, tuple(which), first, count)
-
-
-def merged(session: str, parcel: str, which: Sequence[Any], *parts: dict) -> dict:
-    """The sum of parts that follow each other."""
-    return seat_of(session).ask("merge", parcel, tuple(which), list(parts))
-
-
-def picture(session: str, message: dict, targets: Sequence[Any], hashes: Sequence[str], *pieces: bytes) -> dict:
-    """A whole picture, the first one of a parcel."""
-    seat = seat_of(session)
-    seat.ask("receive", message, dict(zip(hashes, pieces, strict=True)))
-    return seat.ask("picture", message["id"], (0, 0, None), *targets)
-
-
-def leave(session: str, dask_worker: Any = None) -> None:
-    """End the processes of a session."""
-    seats = seats_of(dask_worker)
-    if session in seats:
-        seats.pop(session).close()
+def load_scene(job: Job, directory: str) -> None:
+    """Load the scene of a job, in the place of the former one."""
+    if kept:
+        kept["scene"].destroy()
+        kept.clear()
+    temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_", dir=directory)
+    folder = Path(temporary.name)
+    job.unpack(folder)
+    args = job.arguments(folder)
+    load_parts(args.parts)
+    asked, now = (args.arch, args.precision, args.fast_math), runtime.current()
+    is_other = now is not None and (now.arch, now.precision, now.fast_math) != asked
+    runtime.init(*asked, threads=job.threads, force=is_other)
+    request, _ = scene_and_pictures_of(args)
+    with contextlib.redirect_stderr(io.StringIO()):  # the sender has read the same notes
+        scene = request.load()
+    kept.update(key=job.keys[0], scene=scene, renderers={}, job=None, folder=folder, temporary=temporary)
