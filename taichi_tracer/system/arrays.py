@@ -10,7 +10,7 @@ On a GPU, in debug mode, or without ``taichi_17``, they are Taichi's own fields,
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -49,102 +49,61 @@ def are_possible() -> bool:
     return ensure().arch == "cpu" and are_arguments and not ti.cfg.debug
 
 
-class ArrayBlock:
-    """A ``dense`` node of a tree of fields: cells, each of which holds one element of its fields and inner blocks.
+class Block:
+    """A ``dense`` node of a tree of fields. Each field gets an array of its own, so that a block is only a shape.
 
     Args:
-        axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or one number for all.
+        builder: the root. axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or
+            one number for all. outer: the block around it.
     """
 
-    def __init__(self, axes: Sequence[Any] = (), counts: Sequence[int] | int = ()) -> None:
+    def __init__(
+        self, builder: "Builder", axes: Sequence[Any], counts: Sequence[int] | int, outer: "Block | None" = None
+    ) -> None:
         counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
-        numbers = AXES[id(axes)] if axes else []
-        self.axes = axes
-        self.counts = {axis: int(count) for axis, count in zip(numbers, counts, strict=True)}
-        self.children: list[Any] = []  # blocks and fields
+        own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
+        self.builder, self.counts = builder, own if outer is None else outer.counts | own
+        self.constant = frozenset(own) if outer is not None and len(own) == 1 else frozenset()
+        if outer is not None and set(own) & set(outer.counts):
+            raise InputError("an axis of a field cannot be divided into blocks here")
 
-    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "ArrayBlock":
-        """Another block in each cell of this one."""
-        self.children.append(ArrayBlock(axes, counts))
-        return self.children[-1]
+    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "Block":
+        """Another block in each cell of this one. If it has one axis, its count is a constant of the code."""
+        return Block(self.builder, axes, counts, self)
 
-    def place(self, *fields: Any) -> "ArrayBlock":
-        """Give fields an element in each cell, in the order of the calls."""
-        for field in fields:
-            members = field._members if isinstance(field, StructField) else [field]
-            for member in members:
-                if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
-                    raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
-            self.children += members
+    def place(self, *fields: Any) -> "Block":
+        """Give fields an element in each cell."""
+        members = [one for field in fields for one in (field._members if isinstance(field, StructField) else [field])]
+        for member in members:
+            if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
+                raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
+            self.builder.placed.append((member, dict(sorted(self.counts.items())), self.constant))
         return self
 
-    def fields(self) -> Iterator[Any]:
-        """All fields of this block, and of the blocks in it."""
-        for child in self.children:
-            if isinstance(child, ArrayBlock):
-                yield from child.fields()
-            else:
-                yield child
 
-    def cell(self) -> np.dtype:
-        """The numpy type of a cell: its children behind each other, each aligned as in C."""
-        kinds = [(f"_{k}", *child.element()) for k, child in enumerate(self.children)]
-        return np.dtype(kinds, align=True)
-
-    def element(self) -> tuple[np.dtype, tuple[int, ...]]:
-        """What this block is in a cell of the outer one: a numpy type, and a shape."""
-        return self.cell(), tuple(self.counts.values())
-
-    def has_fixed_cells(self) -> bool:
-        """Whether the size of a cell is the same for all data: inner blocks with one axis have counts of the code."""
-        inner = [child for child in self.children if isinstance(child, ArrayBlock)]
-        return all(len(block.counts) == 1 and block.has_fixed_cells() for block in inner)
-
-    def share(self, cells: np.ndarray, outer: tuple[int, ...], variable: frozenset[int], block: np.ndarray) -> None:
-        """Let all fields of this block refer to their numbers.
-
-        Args:
-            cells: an array of this block's cells. outer: Taichi's numbers of the axes of the blocks around it.
-            variable: those of them whose strides depend on the data. block: the bytes of the outermost block.
-        """
-        own = tuple(self.counts)
-        if set(own) & set(outer):
-            raise InputError("an axis of a field cannot be divided into blocks here")
-        axes = (*outer, *own)
-        variable |= set(own[:-1] if self.has_fixed_cells() else own)
-        for k, child in enumerate(self.children):
-            part = cells[f"_{k}"]
-            if isinstance(child, ArrayBlock):
-                child.share(part, axes, variable, block)
-            else:
-                order = np.argsort(axes, kind="stable").tolist()
-                child.array = part.transpose(*order, *range(len(axes), part.ndim))
-                child.block, child.axes = block, [axes[k] for k in order]
-                child.address = child.array.ctypes.data
-                child.offset = child.address - block.ctypes.data
-                child.variable_axes = variable
-
-
-class Builder(ArrayBlock):
+class Builder:
     """The root of a tree of fields, in place of ``ti.FieldsBuilder``."""
+
+    def __init__(self) -> None:
+        self.placed: list[tuple[Any, dict[int, int], frozenset[int]]] = []
+
+    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> Block:
+        """A block of cells."""
+        return Block(self, axes, counts)
+
+    def place(self, *fields: Any) -> None:
+        """Fields of one element each."""
+        root = object.__new__(Block)
+        root.builder, root.counts, root.constant = self, {}, frozenset()
+        root.place(*fields)
 
     def finalize(self) -> list["ArrayField"]:
         """Allocate the memory of all fields, which is 0. Returns the fields."""
-        found = [converted(field) for field in self.fields()]
-        loose = ArrayBlock()  # of the fields that have one element each
-        loose.children += [child for child in self.children if isinstance(child, ArrayField)]
-        blocks = [block for block in [loose, *self.children] if isinstance(block, ArrayBlock) and block.children]
-        for block in blocks:
-            cell, counts = block.element()
-            if math.prod(counts) * cell.itemsize // 4 > MOST_NUMBERS:
-                raise InputError(f"an array of {' x '.join(map(str, counts))} elements is too large for a kernel")
-            memory = aligned(math.prod(counts) * cell.itemsize)
-            block.share(memory.view(cell).reshape(counts), (), frozenset(), memory)
-        return found
+        return [converted(*one) for one in self.placed]
 
     def forget(self) -> None:
         """Let Taichi forget the fields, which have no memory yet."""
-        for field in self.fields():
+        for field, _, _ in self.placed:
             forget(field)
 
 
@@ -160,25 +119,15 @@ class ArrayField(Field):
     Attributes:
         array: the numbers, with the shape of the field, and for vectors and matrices theirs behind it; None if the
             memory was freed.
-        block: the bytes of all fields that share its cells.
-        address: where ``array`` begins in memory. offset: the same from the beginning of ``block``, in bytes.
-        axes: Taichi's numbers of the axes of ``shape``. variable_axes: those of them whose strides depend on the data.
+        constant: for each axis, whether its count is a constant of the code.
         kind: the type of its numbers. own: the shape of a vector or of a matrix, () of a number.
     """
 
     array: np.ndarray | None
-    block: np.ndarray | None
     kind: Any
     own: tuple[int, ...]
-    address: int
-    offset: int
-    axes: list[int]
+    constant: list[bool]
     host_accessors: Any
-    variable_axes: frozenset[int]
-
-    def element(self) -> tuple[np.dtype, tuple[int, ...]]:
-        """A numpy type, and the shape of a vector or of a matrix."""
-        return np.dtype(to_numpy_type(self.kind)), self.own
 
     def numbers(self) -> np.ndarray:
         """``array``, or an error if the memory was freed."""
@@ -188,12 +137,12 @@ class ArrayField(Field):
 
     def free(self) -> None:
         """Let go of the numbers."""
-        self.array = self.block = self.host_accessors = None
+        self.array = self.host_accessors = None
 
     @property
     def shape(self) -> tuple[int, ...]:
         """How many elements there are along each axis."""
-        return self.numbers().shape[: len(self.axes)]
+        return self.numbers().shape[: len(self.constant)]
 
     @property
     def dtype(self) -> Any:
@@ -202,7 +151,7 @@ class ArrayField(Field):
 
     @property
     def _snode(self) -> Any:
-        return SimpleNamespace(shape=self.numbers().shape[: len(self.axes)], _dtype=self.kind, _name="", ptr=self)
+        return SimpleNamespace(shape=self.numbers().shape[: len(self.constant)], _dtype=self.kind, _name="", ptr=self)
 
     def _loop_range(self) -> Any:
         return self
@@ -296,11 +245,19 @@ def forget(field: Any) -> None:
     runtime.matrix_fields = [other for other in runtime.matrix_fields if other is not field]
 
 
-def converted(field: Any) -> ArrayField:
-    """Make a field of Taichi's that has no memory an ``ArrayField``, in place."""
+def converted(field: Any, counts: dict[int, int], constant: frozenset[int]) -> ArrayField:
+    """Make a field of Taichi's that has no memory an ``ArrayField``, in place, and give it memory.
+
+    Args:
+        counts: axis → how many elements there are. constant: the axes whose count is a constant of the code.
+    """
     forget(field)
     name, field.own = kind_of(field)
     field.kind = getattr(ti, name)
+    kind, shape = np.dtype(to_numpy_type(field.kind)), (*counts.values(), *field.own)
+    if math.prod(shape) > MOST_NUMBERS:
+        raise InputError(f"an array of {' x '.join(map(str, counts.values()))} elements is too large for a kernel")
     field.__class__ = MatrixArray if isinstance(field, MatrixField) else ScalarArray
-    field.array = field.block = None
+    field.array = aligned(math.prod(shape) * kind.itemsize).view(kind).reshape(shape)
+    field.constant = [axis in constant for axis in counts]
     return field

@@ -2,8 +2,8 @@
 
 While Python reads a kernel, the first ``field[i]`` of each ``arrays.ArrayField`` adds an argument to the kernel: an
 external array, as ``ti.types.ndarray`` has it, without a name in the source. Its index is computed from the indices and
-the strides of the field: those within a cell are constants, those that depend on a number of cells are arguments, too.
-At each launch, the arguments are set to where the fields are then.
+the counts of the axes: those that the data decide are arguments, too. At each launch, the arguments are set to where
+the fields are then.
 """
 
 import functools
@@ -23,7 +23,6 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
-from taichi_tracer.system.taichi_17.components import LooseComponents
 from taichi_tracer.system.varying import KINDS, VaryingInt
 
 FIELDS = (arrays.ScalarArray, arrays.MatrixArray)
@@ -31,51 +30,33 @@ AXES = 1  # of each argument: the index is computed here
 
 
 @dataclass
-class Slot:
-    """An array as an argument of a kernel: what one or more fields share that have elements in the same cells.
-
-    Attributes:
-        number: Taichi's number of the argument. pointer: Taichi's expression of the array. size: bytes of an element.
-        of: the fields. is_block: whether the array begins where their cells do, and not where the only field does.
-        values: "stride" or "count", and Taichi's number of an axis → the argument that has it.
-    """
-
-    number: Any
-    pointer: Any
-    size: int
-    of: list[Any]
-    is_block: bool
-    values: dict[tuple[str, int], Expr] = field(default_factory=dict)
-
-
-@dataclass
 class Argument:
-    """A field in an argument of a kernel.
+    """A field as an argument of a kernel.
 
     Attributes:
-        of: the field. slot: the array. element: the type of what one index reads.
-        strides: for each axis, in elements: a constant, or an expression. first: the index of the first element.
-        numbers: numbers of arguments, and what they are: "stride" or "count" of an axis.
+        of: the field. number: Taichi's number of the argument. pointer: Taichi's expression of the array.
+        counts: axis → Taichi's number of the argument that has its count, and the expression.
     """
 
     of: Any
-    slot: Slot
-    element: Any
-    first: int
-    strides: list[Any] = field(default_factory=list)
-    numbers: list[tuple[Any, str, int]] = field(default_factory=list)
+    number: Any
+    pointer: Any
+    counts: dict[int, tuple[Any, Expr]] = field(default_factory=dict)
 
-    @property
-    def is_vector(self) -> bool:
-        """Whether one index reads a whole vector or matrix."""
-        return self.element is not self.of.kind
+    def count(self, axis: int) -> Any:
+        """How many elements there are along an axis: a constant of the code, or an argument of the kernel."""
+        if self.of.constant[axis]:
+            return self.of.shape[axis]
+        if axis not in self.counts:
+            self.counts[axis] = added_scalar(ti.i32, "count")
+        return self.counts[axis][1]
 
     def at(self, index: Any) -> Expr:
         """The element at an index of the array."""
         runtime = impl.get_runtime()
         place = core.DebugInfo(runtime.get_current_src_info())
         builder = runtime.compiling_callable.ast_builder()
-        return Expr(builder.expr_subscript(self.slot.pointer, make_expr_group(index), place))
+        return Expr(builder.expr_subscript(self.pointer, make_expr_group(index), place))
 
 
 @dataclass
@@ -99,36 +80,19 @@ class Reading:
 
     def __init__(self) -> None:
         self.arguments: dict[int, Argument] = {}
-        self.slots: dict[Any, Slot] = {}
         self.numbers: dict[tuple[int, str, tuple[int, ...]], Number] = {}
 
     def argument(self, of: Any) -> Argument:
-        """The argument for a field."""
-        known = self.arguments.get(id(of))
-        if known is None:
-            known = self.arguments[id(of)] = self.added(of)
-        return known
-
-    def added(self, of: Any) -> Argument:
-        """Add an argument for a field to the kernel that is read, unless one of its block can be used."""
-        array, element = of.numbers(), of.kind
-        size, whole = array.itemsize, array.itemsize * math.prod(of.own)
-        strides = array.strides[: len(of.axes)]
-        if of.own and all(stride % whole == 0 for stride in strides):
-            element, size = core.get_type_factory_instance().get_tensor_type(list(of.own), element), whole
-        first, rest = divmod(of.offset, size)
-        key = id(of.block), of.kind.to_string(), of.own if size > array.itemsize else (), id(of) if rest else 0
-        slot = self.slots.get(key)
-        if slot is None:
+        """The argument for a field; it is added to the kernel where it is asked for first."""
+        if id(of) not in self.arguments:
+            element = of.kind
+            if of.own:
+                element = core.get_type_factory_instance().get_tensor_type(list(of.own), element)
             number = impl.get_runtime().compiling_callable.insert_ndarray_param(element, AXES, "numbers", False)
             pointer = core.make_external_tensor_expr(element, AXES, number, False, 0, core.BoundaryMode.UNSAFE)
-            slot = self.slots[key] = Slot(number, pointer, size, [], not rest)
-        slot.of.append(of)
-        made = Argument(of, slot, element, 0 if rest else first)
-        for axis, stride in enumerate(strides):
-            is_variable = of.axes[axis] in of.variable_axes
-            made.strides.append(added_number(made, "stride", axis) if is_variable else stride // size)
-        return made
+            of.numbers()
+            self.arguments[id(of)] = Argument(of, number, pointer)
+        return self.arguments[id(of)]
 
     def number(self, owner: Any, name: str, value: Any, path: tuple[int, ...] = ()) -> Any:
         """The value of an attribute with an argument for each of its varying numbers."""
@@ -147,21 +111,15 @@ class Reading:
         """What a launch needs."""
         if not self.arguments and not self.numbers:
             return None
-        return Launch(list(self.arguments.values()), list(self.slots.values()), list(self.numbers.values()))
+        return Launch(list(self.arguments.values()), list(self.numbers.values()))
 
 
 class Launch:
     """Sets the arguments of a kernel."""
 
-    def __init__(self, arguments: list[Argument], slots: list[Slot], numbers: list[Number]) -> None:
-        places = {id(one.of): place for place, one in enumerate(arguments)}
+    def __init__(self, arguments: list[Argument], numbers: list[Number]) -> None:
         self.fields = [weakref.ref(one.of) for one in arguments]
-        self.slots = [(one.number, one.size, one.is_block, [places[id(of)] for of in one.of]) for one in slots]
-        self.counts = [
-            (number, what, axis, one.slot.size, place)
-            for place, one in enumerate(arguments)
-            for number, what, axis in one.numbers
-        ]
+        self.places = [(one.number, [(number, axis) for axis, (number, _) in one.counts.items()]) for one in arguments]
         self.numbers = [(one.number, one.name, one.path) for one in numbers]
         self.owners = [weakref.ref(one.owner) for one in numbers]
 
@@ -175,14 +133,12 @@ class Launch:
         fields: list[Any] = [reference() for reference in self.fields]
         if any(of is None or of.array is None for of in fields):
             raise StaleSceneError("a field of this kernel was destroyed together with its owner: make a new one")
-        for number, size, is_block, places in self.slots:
-            of = fields[places[0]]
-            cells = max(1, of.block.nbytes // size)
-            address = of.address - of.offset if is_block else of.address
-            context.set_arg_external_array_with_shape(number, address, cells * size, (cells,), 0)
-        for number, what, axis, size, place in self.counts:
-            array = fields[place].array
-            context.set_arg_int(number, array.strides[axis] // size if what == "stride" else array.shape[axis])
+        for (number, counts), of in zip(self.places, fields, strict=True):
+            array = of.array
+            cells = max(1, array.size // max(1, math.prod(of.own)))
+            context.set_arg_external_array_with_shape(number, array.ctypes.data, array.nbytes, (cells,), 0)
+            for number_of_axis, axis in counts:
+                context.set_arg_int(number_of_axis, array.shape[axis])
         for (number, name, path), reference in zip(self.numbers, self.owners, strict=True):
             value = getattr(reference(), name)
             for k in path:
@@ -260,15 +216,6 @@ def reading_again(usual: Callable) -> Callable:
     return ensure_compiled
 
 
-def added_number(argument: Argument, what: str, axis: int) -> Expr:
-    """Add an argument for the stride of an axis, or for its count, to the kernel that is read."""
-    key = what, argument.of.axes[axis]
-    if key not in argument.slot.values:
-        number, argument.slot.values[key] = added_scalar(ti.i32, what)
-        argument.numbers.append((number, what, axis))
-    return argument.slot.values[key]
-
-
 def added_scalar(kind: Any, name: str) -> tuple[Any, Expr]:
     """Add an argument for a number to the kernel that is read: Taichi's number of it, and its value."""
     number = impl.get_runtime().compiling_callable.insert_scalar_param(kind, name)
@@ -286,30 +233,21 @@ def subscripting(usual: Callable) -> Callable:
         if kind is StructField and readings and type(value._members[0]) in (*FIELDS, StructField):
             members = {name: subscript(builder, one, *indices) for name, one in value._items}
             return _IntermediateStruct({**members, "__struct_methods": value.struct_methods})
-        if kind is LooseComponents and not any(isinstance(one, slice) for one in indices):
-            return value.part(*flat(usual, indices, len(value.argument.of.own)))
         return usual(builder, value, *indices, skip_reordered=skip_reordered)
 
     return subscript
 
 
 def element_of(usual: Callable, argument: Argument, indices: tuple[Any, ...]) -> Expr:
-    """The element of a field at indices."""
-    found = flat(usual, indices, len(argument.strides))
-    if len(found) != len(argument.strides):
-        raise TaichiIndexError(f"Field with dim {len(argument.strides)} accessed with indices of dim {len(found)}")
-    index: Any = None
-    for one, stride in zip(found, argument.strides, strict=True):
-        term = whole_number(one)
-        if not isinstance(stride, int) or stride != 1:
-            term = term * stride
-        index = term if index is None else index + term
-    if isinstance(index, Expr) and (argument.of.own or argument.first):
+    """The element of a field at indices; the last axis is the one along which the memory is contiguous."""
+    found, axes = flat(usual, indices, len(argument.of.constant)), len(argument.of.constant)
+    if len(found) != axes:
+        raise TaichiIndexError(f"Field with dim {axes} accessed with indices of dim {len(found)}")
+    index: Any = 0
+    for axis, one in enumerate(found):
+        index = whole_number(one) if axis == 0 else index * argument.count(axis) + whole_number(one)
+    if isinstance(index, Expr) and argument.of.own:
         index = index & known_range(argument)
-    if index is None or argument.first:
-        index = argument.first if index is None else index + argument.first
-    if argument.of.own and not argument.is_vector:
-        return LooseComponents(argument, index)
     return argument.at(index)
 
 
@@ -319,8 +257,6 @@ def known_range(argument: Argument) -> int:
     Taichi reads their numbers one by one, at index · length + 0, 1, ... LLVM joins the reads, and computes one address
     for them, if it knows that none of these sums overflows. It does if the upper bits of the index are certainly 0.
     """
-    if not argument.is_vector:
-        return (1 << 30) - 1
     return (1 << 30 - math.ceil(math.log2(math.prod(argument.of.own)))) - 1
 
 

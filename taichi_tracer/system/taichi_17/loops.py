@@ -10,7 +10,7 @@ from taichi.lang import impl, matrix
 from taichi.lang.ast import ast_transformer
 from taichi.lang.expr import Expr
 
-from taichi_tracer.system.taichi_17.arguments import Argument, added_number, argument_for
+from taichi_tracer.system.taichi_17.arguments import Argument, argument_for
 
 
 def looping(usual: Callable) -> Callable:
@@ -33,25 +33,10 @@ def loop(context: Any, node: Any, argument: Argument, is_grouped: bool) -> None:
     of = argument.of
     for target in targets:
         context.check_loop_var(target)
-    if len(targets) != (1 if is_grouped else len(of.axes)):
-        raise ti.TaichiSyntaxError(f"a loop over a field with {len(of.axes)} axes has {len(targets)} variables")
-    counts = [added_number(argument, "count", axis) for axis in range(len(of.axes))]
+    if len(targets) != (1 if is_grouped else len(of.constant)):
+        raise ti.TaichiSyntaxError(f"a loop over a field with {len(of.constant)} axes has {len(targets)} variables")
+    counts = [argument.count(axis) for axis in range(len(of.constant))]
     count_over(context, node, targets, counts, [0] * len(counts), is_grouped)
-
-
-def counting(usual: Callable) -> Callable:
-    """``ASTTransformer.build_ndrange_for`` for ranges that the kernel gets as arguments: with one division for each."""
-
-    @functools.wraps(usual)
-    def build(context: Any, node: Any) -> None:
-        over = ast_transformer.build_stmt(context, node.iter)
-        targets = ast_transformer.ASTTransformer.get_for_loop_targets(node)
-        if len(targets) != len(over.dimensions) or not any(isinstance(count, Expr) for count in over.dimensions):
-            return usual(context, node)
-        lows = [low for low, _ in over.bounds]
-        return count_over(context, node, targets, over.dimensions, lows, False)
-
-    return build
 
 
 def count_over(context: Any, node: Any, targets: list[str], counts: list, lows: list, is_grouped: bool) -> None:

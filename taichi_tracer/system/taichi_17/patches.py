@@ -89,7 +89,6 @@ PATCHES = (
             "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "arguments:reading_again"),
             "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "arguments:subscripting"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": ("ctx node", "arguments:loading"),
-            "taichi.lang.ast.ast_transformer:ASTTransformer.build_ndrange_for": ("ctx node", "loops:counting"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": (
                 "ctx node is_grouped",
                 "loops:looping",
