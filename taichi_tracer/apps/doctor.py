@@ -4,7 +4,6 @@ import importlib.metadata
 import importlib.util
 import os
 import platform
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,7 +18,7 @@ import taichi as ti
 import taichi_tracer
 from taichi_tracer.apps import display
 from taichi_tracer.files.images import ENCODERS, save_image
-from taichi_tracer.system import runtime, trial
+from taichi_tracer.system import runtime
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError
 
@@ -37,7 +36,6 @@ WALLS = {
 }
 MARKS_OF_CONTAINERS = ("/.dockerenv", "/run/.containerenv", "/autograder")
 NAME_WIDTH, FOUND_WIDTH = 18, 48
-USE_CPU = "use the CPU: --arch cpu, or tt.init('cpu')"
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,6 @@ def examine() -> Iterator[Line]:
     for package in PACKAGES:
         yield package_line(package)
     yield from backend_lines()
-    yield from picture_lines()
     yield patches_line(runtime.patches())
     yield from window_lines()
     yield from image_lines()
@@ -81,7 +78,6 @@ def examine() -> Iterator[Line]:
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
     yield from cache_lines(wanted_folder())
-    yield kept_kernels_line(wanted_folder())
     yield from wall_lines()
 
 
@@ -104,18 +100,6 @@ def backend_lines() -> Iterator[Line]:
     ti.field(float, shape=8).fill(1.0)
     ti.sync()
     yield Line("backend chosen", f"{settings.arch}; a first kernel took {time.perf_counter() - start:.2f} s")
-
-
-def picture_lines() -> Iterator[Line]:
-    """A small picture of light on each backend that this machine has, beside the CPU's; Vulkan may be software."""
-    archs = [arch for arch in ("cuda", "metal") if runtime.has_device(arch)]
-    archs += ["vulkan"] if runtime.vulkan_devices() else []
-    right, told = trial.picture_on("cpu")
-    yield Line("picture on cpu", told[:FOUND_WIDTH], right is not None)
-    for arch in archs if right is not None else []:
-        mean, told = trial.picture_on(arch)
-        problem = trial.difference(mean, told, right)
-        yield Line(f"picture on {arch}", (problem or told)[:FOUND_WIDTH], problem is None, USE_CPU)
 
 
 def patches_line(told: dict[str, str]) -> Line:
@@ -176,17 +160,6 @@ def wall_lines() -> Iterator[Line]:
     yield Line("walls of grade", f"{best}{trust}{inside}", best is not None and best.name != "limits", remedy)
     if best is not None:
         yield Line("not stopped there", isolate.NOT_STOPPED[best.name])
-
-
-def kept_kernels_line(folder: Path) -> Line:
-    """Whether a new process, which takes its kernels from the cache, finds the front of a cube at the distance 2."""
-    program = "import taichi_tracer as tt; print(tt.load_scene_data('cube').intersect([0, 1, 3], [0, 0, -1]).distance)"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
-    works = done.returncode == 0 and done.stdout.strip().endswith("[2.]")
-    found = "give right answers" if works else "give wrong answers, or none"
-    return Line(
-        "kernels kept", found, works, f"rm -r {folder}" if os.name == "posix" else f"delete the folder {folder}"
-    )
 
 
 def cache_lines(wanted: Path) -> Iterator[Line]:

@@ -62,7 +62,8 @@ class Block:
     ) -> None:
         counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
         own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
-        self.builder, self.counts = builder, own if outer is None else outer.counts | own
+        self.builder = builder
+        self.counts: dict[int, int] = own if outer is None else outer.counts | own
         self.constant = frozenset(own) if outer is not None and len(own) == 1 else frozenset()
         if outer is not None and set(own) & set(outer.counts):
             raise InputError("an axis of a field cannot be divided into blocks here")

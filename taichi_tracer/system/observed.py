@@ -53,9 +53,7 @@ def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) 
 @functools.lru_cache(CLASSES)
 def _class(cls: type, steps: tuple[tuple[str, Any, bool, Observer], ...], level: int | None) -> type:
     """The class of observed parts: (name, method, whether it was the object's own, observer) of each method."""
-    made = type(f"Observed{cls.__name__}", (cls,), {step[0]: _method(*step, level) for step in steps})
-    made.made_of = "observed", cls, *(getattr(made, step[0]) for step in steps)  # type: ignore[attr-defined]
-    return made
+    return type(f"Observed{cls.__name__}", (cls,), {step[0]: _method(*step, level) for step in steps})
 
 
 def _method(name: str, original: Any, is_own: bool, observer: Observer, level: int | None) -> Callable:
@@ -80,7 +78,6 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         signature = signature.replace(parameters=[first, *signature.parameters.values()])
     method.__signature__ = signature  # type: ignore[attr-defined]
-    method.made_of = f"observed {level}", plain, observer  # type: ignore[attr-defined]
     return in_kernels(method)
 
 

@@ -12,7 +12,6 @@ import functools
 import importlib
 import io
 import os
-import platform
 import struct
 import sys
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import processors, trial
+from taichi_tracer.system import processors
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import quick_frames
@@ -30,8 +29,6 @@ from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
-AUTO = ("cuda", "metal", "vulkan")  # what "auto" tries before the CPU
-TRIED = ("metal", "vulkan")  # "auto" takes them only if a picture on them is right: their drivers differ, see ``trial``
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
 # What kernels of the package need here and there, and only some backends can: what it is → where.
 ABILITIES = {
@@ -76,9 +73,8 @@ def init(
     """Start Taichi. This call is optional: the first scene starts Taichi with these defaults.
 
     Args:
-        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes the first of CUDA, Metal and Vulkan that has a
-            device, otherwise the CPU. It takes Metal and Vulkan only if a small picture on them is the CPU's: this is
-            tried once for each driver. By its name, Vulkan is also started where it is only software.
+        arch: "cpu", "cuda", "metal", "vulkan", or "auto": CUDA if it has a device, otherwise the CPU. The drivers of
+            Metal and Vulkan differ, so that these are taken only by their names; Vulkan also where it is only software.
         precision: "f32" or "f64", for every coordinate and colour.
         fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
             watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
@@ -109,7 +105,7 @@ def init(
             "Call init(..., force=True) if that is what you want."
         )
 
-    chosen, message = _choose(arch, precision)
+    chosen, message = _choose(arch)
     _fell_back_from, _was_free = (arch if chosen != arch else None), arch == "auto"
     note = _start(Settings(chosen, precision, bool(fast_math)), debug, threads)
     _tell(message, note)
@@ -324,29 +320,15 @@ def can_widen() -> bool:
     return has_f64() and dtype() is np.float32
 
 
-def _choose(arch: str, precision: str) -> tuple[str, str | None]:
+def _choose(arch: str) -> tuple[str, str | None]:
     """The backend to start, and a message for the user, or None. ``ti.gpu`` would crash if there is no driver."""
-    wanted = [arch] if arch != "auto" else AUTO
-    wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
-    problems = []
-    for candidate in wanted:
-        if candidate != "cpu" and not has_device(candidate):
-            continue
-        problem = _problem_of(candidate) if arch == "auto" and candidate in TRIED else None
-        if problem is None:
-            return candidate, None
-        problems.append(f"; {candidate} does not render as the CPU does ({problem})")
     if arch == "auto":
-        return "cpu", "running on the CPU" + "".join(problems) if problems else None
+        return ("cuda" if has_device("cuda") else "cpu"), None
+    if arch == "cpu" or has_device(arch):
+        return arch, None
     if arch == "vulkan" and any(d.is_software for d in vulkan_devices()):
         return arch, "running on Vulkan in software, which is slower than arch 'cpu'"
     return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
-
-
-def _problem_of(arch: str) -> str | None:
-    """Why "auto" cannot take a backend that has a device; see ``trial``."""
-    names = [device.name for device in vulkan_devices()] if arch == "vulkan" else [platform.platform()]
-    return trial.problem_of(arch, ", ".join(names))
 
 
 def has_device(arch: str) -> bool:

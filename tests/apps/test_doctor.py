@@ -2,30 +2,8 @@
 
 import sys
 
-import pytest
-
 from taichi_tracer.apps import display, doctor
 from taichi_tracer.apps.cli import main
-
-
-@pytest.fixture(autouse=True)
-def pictures(monkeypatch):
-    """What is told of pictures on the backends, without making them."""
-    monkeypatch.setattr(doctor.runtime, "vulkan_devices", lambda: [doctor.runtime.VulkanDevice("llvmpipe", True)])
-    found = {"cpu": (0.5, "in 1 s"), "vulkan": (0.5001, "in 5 s")}
-    monkeypatch.setattr(doctor.trial, "picture_on", lambda arch: found[arch])
-    return found
-
-
-def test_a_picture_on_a_backend_is_compared_with_the_cpus(pictures):
-    told = [str(line) for line in doctor.picture_lines()]
-    assert [line.split()[-1] for line in told] == ["ok", "ok"]
-    pictures["vulkan"] = 0.4, "in 5 s"
-    told = str(list(doctor.picture_lines())[1])
-    assert "another picture: in 5 s" in told
-    assert "-> use the CPU" in told
-    pictures["vulkan"] = None, "exit code -11"
-    assert "exit code -11" in str(list(doctor.picture_lines())[1])
 
 
 def test_the_doctor_finds_nothing_to_fail_on(capsys):

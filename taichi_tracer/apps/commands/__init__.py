@@ -25,7 +25,7 @@ ORDER = (
     "samples",
     "compare",
 )
-ORDER += ("hardcases", "new-part", "check-part", "assignment", "check", "grade", "warm-up", "doctor")
+ORDER += ("hardcases", "new-part", "check-part", "assignment", "check", "grade", "doctor")
 
 
 def names() -> list[str]:
