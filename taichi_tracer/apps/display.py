@@ -1,12 +1,10 @@
 """Can a window be opened here? This has to be known before, because ``ti.ui`` ends the process where none can."""
 
-import contextlib
 import ctypes
 import ctypes.util
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import taichi as ti
@@ -81,49 +79,15 @@ def find_display() -> WindowVerdict:
 
 def x11_opens(name: str) -> bool:
     """Whether the X server ``name`` accepts a connection."""
-    with contextlib.suppress(OSError, AttributeError), x11_display(name) as display:
-        return display is not None
-    return False
-
-
-@contextlib.contextmanager
-def x11_display(name: str) -> Iterator[tuple[ctypes.CDLL, ctypes.c_void_p] | None]:
-    """The library of X11 and a connection to the X server ``name``; None if there is no library, or no connection."""
     library = ctypes.util.find_library("X11")
-    x11 = None if library is None else ctypes.CDLL(library)
-    if x11 is not None:
-        x11.XOpenDisplay.restype = ctypes.c_void_p
-    connection = None if x11 is None else x11.XOpenDisplay(name.encode())
-    if x11 is None or connection is None:
-        yield None
-        return
-    yield x11, ctypes.c_void_p(connection)
-    x11.XCloseDisplay(ctypes.c_void_p(connection))
-
-
-def screen_size() -> tuple[int, int] | None:
-    """(width, height) of the screen on which windows open, in the pixels of windows; None if it is unknown."""
-    with contextlib.suppress(OSError, AttributeError):
-        if sys.platform == "win32":
-            return tuple(ctypes.windll.user32.GetSystemMetrics(i) for i in (0, 1))  # SM_CXSCREEN, SM_CYSCREEN
-        if sys.platform == "darwin":
-            quartz = ctypes.CDLL(ctypes.util.find_library("CoreGraphics"))
-            quartz.CGDisplayPixelsWide.restype = quartz.CGDisplayPixelsHigh.restype = ctypes.c_size_t
-            quartz.CGDisplayPixelsWide.argtypes = quartz.CGDisplayPixelsHigh.argtypes = [ctypes.c_uint32]
-            main = quartz.CGMainDisplayID()
-            return quartz.CGDisplayPixelsWide(main), quartz.CGDisplayPixelsHigh(main)
-        return x11_screen_size(os.environ.get("DISPLAY", ""))
-    return None
-
-
-def x11_screen_size(name: str) -> tuple[int, int] | None:
-    """(width, height) of the default screen of the X server ``name``; None if it cannot be asked."""
-    with x11_display(name) as found:
-        if found is None:
-            return None
-        x11, display = found
-        screen = x11.XDefaultScreen(display)
-        return x11.XDisplayWidth(display, screen), x11.XDisplayHeight(display, screen)
+    if library is None:
+        return False
+    x11 = ctypes.CDLL(library)
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    connection = x11.XOpenDisplay(name.encode())
+    if connection is not None:
+        x11.XCloseDisplay(ctypes.c_void_p(connection))
+    return connection is not None
 
 
 def vulkan_remedy() -> str:

@@ -8,7 +8,6 @@ import taichi as ti
 import taichi.math as tm
 from PIL import Image
 
-from taichi_tracer.apps.screen import encode_srgb
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.tones.display import Display
@@ -73,6 +72,13 @@ def _copy_rows(
                 color = encode_srgb(tone.curve(tm.clamp(color * exposure, 0.0, tone.white)))
             for k in ti.static(range(3)):
                 pixels[row, column, k] = ti.cast(255 * tm.clamp(color[k], 0.0, 1.0) + 0.5, ti.u8)
+
+
+@ti.func
+def encode_srgb(linear):
+    """The sRGB transfer function of IEC 61966-2-1, as files are written (C-14)."""
+    c = tm.clamp(linear, 0.0, 1.0)
+    return ti.select(c <= 0.0031308, 12.92 * c, 1.055 * tm.pow(c, tm.vec3(1 / 2.4)) - 0.055)
 
 
 def encoded(pixels: np.ndarray, kind: str) -> bytes:

@@ -1,9 +1,7 @@
-"""The interactive window (A1-16): the picture between two panels. The only file that uses ``ti.ui``.
+"""The interactive window (A1-16): a panel, and the picture beside it. The only file that uses ``ti.ui``.
 
-The panels stand in margins of their own and so hide nothing of the scene: on the left what is shown, the six views, the
-estimators of light and the paths; on the right the settings, as far as they have an effect on the picture. ``ti.ui``
-tells a program neither of the mouse wheel nor of F1: zooming is a drag with the right button, or the keys i and o; help
-is the key h, or a button.
+``ti.ui`` does not tell a program of the mouse wheel: zooming is a drag with the right button, or the keys i and o. The
+page (``view --browser``) has more: comparing, explaining, all settings.
 """
 
 import contextlib
@@ -15,25 +13,28 @@ import tempfile
 import time
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import taichi as ti
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps import pace
-from taichi_tracer.apps.choices import Choices
-from taichi_tracer.apps.display import can_open_window, screen_size
-from taichi_tracer.apps.panels import Panels, wrap
+from taichi_tracer.apps.choices import Choices, after
+from taichi_tracer.apps.display import can_open_window
+from taichi_tracer.apps.frames import quick_pixels
 from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.same_again import as_command, camera_words, name_of_light, position_of
-from taichi_tracer.apps.screen import Screen, first_size
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -42,6 +43,12 @@ TITLE = "Interactive Renderer"
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
 BUSY = "One moment: compiling ..."
+TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
+PANEL, BACKGROUND, FITS = 264, 31, 34  # pixels, of 255, letters in a line of the panel
+SMALLEST = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
+FACTORS = 0.1, 4.0  # of the slider of the speed: times what fits the scene
+MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
+CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 
 
@@ -115,19 +122,21 @@ def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
 
 
 class Viewer:
-    """The window's loop: read keys and mouse, move the camera, render one sample, show it between the panels."""
+    """The window: a panel, and the picture beside it.
+
+    Args:
+        folder: for pictures that are saved. scene_options: as for ``show``.
+    """
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
         self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
-        self.panels = Panels(self)
-        picture = renderer.width, renderer.height
-        self.first_size = first_size(picture, self.panels.lines, screen_size())
-        self.screen = Screen(self.first_size, picture)
+        self.zoom = max(1, SMALLEST // max(renderer.width, renderer.height))
+        self.pixels = np.full((PANEL, 1, 3), BACKGROUND, np.uint8)
         self.message: list[str] = []
         self.pending: Callable[[], None] | None = None  # what was chosen, and takes time, in the frame that shows BUSY
-        self.frame_seconds = 0.0
-        self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
-        self.preview, self.moves = Preview(), False
+        self.frame_seconds, self.moves = 0.0, False
+        self.error, self.error_at = math.nan, 0.0
+        self.preview = Preview()
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -139,54 +148,31 @@ class Viewer:
 
     def run(self) -> None:
         """Show the window until it is closed."""
-        self.warm_up()
-        size = self.first_size
-        middle = [max(0, (of - own) // 2) for of, own in zip(screen_size() or size, size, strict=True)]
-        self.window = ti.ui.Window(TITLE, size, fps_limit=FRAMES_PER_SECOND, pos=tuple(middle))
-        self.cursor = self.window.get_cursor_pos()
-        self.drags_picture = False
+        pace.warm_up(self.renderer, self.draw)
+        self.frame_seconds = 0.0
+        self.window = ti.ui.Window(TITLE, self.pixels.shape[:2], fps_limit=FRAMES_PER_SECOND)
+        self.cursor, self.drags_picture = self.window.get_cursor_pos(), False
         self.tapped: set[str] = set()  # what was pressed since the last frame, and may be released again
         with tempfile.TemporaryDirectory() as folder:
-            self.loop(folder)
+            last = time.perf_counter()
+            while self.window.running:
+                self.read_events()
+                now = time.perf_counter()
+                self.move_camera(now - last)
+                last, chosen = now, self.pending
+                self.draw()
+                self.window.get_canvas().set_image(self.pixels)
+                self.draw_panel(self.window.get_gui())
+                with within(folder):  # where ti.ui writes its own file, imgui.ini
+                    self.window.show()
+                if chosen is not None:
+                    self.take_choice()
+                    last = time.perf_counter()  # compiling is not time in which a held key moves the camera
             with within(folder):
                 self.window.destroy()
 
-    def loop(self, folder: str) -> None:
-        """One frame after the other.
-
-        Args:
-            folder: where ``ti.ui`` may write its own file, imgui.ini.
-        """
-        last = time.perf_counter()
-        while self.window.running:
-            self.take_size()
-            chosen = self.pending
-            self.read_events()
-            now = time.perf_counter()
-            self.move_camera(now - last)
-            last = now
-            self.draw()
-            self.window.get_canvas().set_image(self.screen.pixels)
-            self.panels.draw(self.window.get_gui())
-            with within(folder):
-                self.window.show()
-            if chosen is not None:
-                self.take_choice()
-                last = time.perf_counter()  # compiling is not time in which a held key moves the camera
-
-    def warm_up(self) -> None:
-        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key."""
-        pace.warm_up(self.renderer, self.draw)
-        self.frame_seconds = 0.0
-
-    def take_size(self) -> None:
-        """Arrange the screen anew if the window was resized."""
-        size = self.window.get_window_shape()
-        if size != (self.screen.layout.width, self.screen.layout.height) and min(size) > 0:
-            self.screen.resize(size)
-
     def take_choice(self) -> None:
-        """Do what was chosen in the panels, and render the first sample, which compiles what it needs."""
+        """Do what was chosen in the panel, and render the first sample, which compiles what it needs."""
         choice, self.pending = self.pending, None
         if choice is not None:
             self.message = []
@@ -194,30 +180,35 @@ class Viewer:
                 choice()
             except InputError as error:
                 self.tell(str(error))
-            self.last_samples = math.inf
-            self.screen.resize((self.screen.layout.width, self.screen.layout.height))
             self.draw()
             self.frame_seconds = 0.0
 
-    def draw(self) -> None:
-        """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read.
+    def choose(self, choice: Callable[[], None]) -> None:
+        """Do something after the next frame, which says that it may compile."""
+        self.pending = choice
+        self.tell(BUSY)
 
-        While the camera moves, the sample may be of a coarse picture.
-        """
+    def draw(self) -> None:
+        """Render a sample and bring it to the window; while the camera moves, of a coarse picture if need be."""
         start = time.perf_counter()
         shown = self.preview.of(self.renderer) if self.moves else self.renderer
-        self.screen.update(shown.render())
-        ti.sync()
+        rows = quick_pixels(shown.render())
+        picture = np.flipud(rows).swapaxes(0, 1)  # as ti.ui has it: x, y, with y up
+        zoom = self.zoom * max(1, round(self.renderer.width / shown.width))
+        picture = picture.repeat(zoom, axis=0).repeat(zoom, axis=1)
+        panel = np.full((PANEL, picture.shape[1], 3), BACKGROUND, np.uint8)
+        self.pixels = np.ascontiguousarray(np.concatenate([panel, picture]))
         seconds = time.perf_counter() - start
         if self.moves:
             self.preview.took(self.renderer, seconds)
         self.frame_seconds += (seconds - self.frame_seconds) * (SMOOTHING if self.frame_seconds > 0 else 1.0)
 
+    # ── keys and mouse ──
+
     def read_events(self) -> None:
         """What was pressed once since the last frame.
 
-        ``ti.ui`` does not tell where the mouse was when it was pressed. It is taken to have been where it was in the
-        last frame, if that is in the picture: in a slow frame, a whole drag may lie between the two.
+        ``ti.ui`` does not say where the mouse was when it was pressed: where it was in the last frame counts.
         """
         self.tapped = set()
         for event in self.window.get_events(ti.ui.PRESS):
@@ -225,29 +216,18 @@ class Viewer:
             if event.key == ti.ui.ESCAPE:
                 self.window.running = False
             elif event.key in (ti.ui.LMB, ti.ui.RMB):
-                cursor, layout = self.window.get_cursor_pos(), self.screen.layout
-                self.drags_picture = layout.holds(cursor) and not self.panels.shows_help
-                self.cursor = self.cursor if layout.holds(self.cursor) else cursor
-            else:
-                self.press(event.key)
+                self.drags_picture = self.window.get_cursor_pos()[0] * self.pixels.shape[0] >= PANEL
+            elif event.key in self.keys:
+                self.keys[event.key]()
+
+    @property
+    def keys(self) -> dict[str, Callable[[], None]]:
+        """What a key does that is pressed once."""
+        return {"p": self.save_picture, "c": self.print_camera, "r": self.reset}
 
     def is_pressed(self, key: str) -> bool:
         """Whether a key or a button is held, or was pressed since the last frame."""
         return key in self.tapped or self.window.is_pressed(key)
-
-    def press(self, key: str) -> None:
-        """What a key does that is pressed once; other keys do nothing."""
-        if key == "p":
-            self.save_picture()
-        elif key == "c":
-            self.copy_camera()
-        elif key == "r":
-            self.reset()
-        elif key == "m":
-            self.screen.has_panels = not self.screen.has_panels
-            self.screen.resize((self.screen.layout.width, self.screen.layout.height))
-        elif key == "h":
-            self.panels.shows_help = not self.panels.shows_help
 
     def move_camera(self, seconds: float) -> None:
         """Let held keys and the mouse move the camera; a camera that stays put keeps its samples."""
@@ -255,7 +235,8 @@ class Viewer:
         last, self.cursor = self.cursor, self.window.get_cursor_pos()
         orbit, zoom = (0.0, 0.0), 0.0
         if self.drags_picture:
-            drag = self.screen.layout.as_drag(last, self.cursor)
+            width = self.pixels.shape[0]
+            drag = (self.cursor[0] - last[0]) * width / (width - PANEL), self.cursor[1] - last[1]
             if self.is_pressed(ti.ui.LMB):
                 orbit = drag
             elif self.is_pressed(ti.ui.RMB):
@@ -267,20 +248,73 @@ class Viewer:
             pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, up_axis)
             camera.set_camera_parameters(**pose.parameters())
 
-    def progress(self) -> str:
-        """Seconds since the picture was begun, and its estimated error, measured twice a second."""
+    # ── the panel ──
+
+    def draw_panel(self, gui) -> None:
+        """What can be shown, the light, and what the estimator has to choose; it scrolls where the window is low."""
+        with gui.sub_window("Control Panel", 0.0, 0.0, PANEL / self.pixels.shape[0], 1.0) as panel:
+            for text in TEXTS:
+                panel.text(text)
+            panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp{self.error_in_words()}")
+            for renderer_class, offers in self.choices.offered:
+                if renderer_class is not MapRenderer or isinstance(self.renderer, MapRenderer):
+                    self.draw_buttons(panel, renderer_class, offers)
+            if panel.button(f"Environment: {Path(self.choices.environment).name}"):
+                self.choose(self.choices.next_environment)
+            for control in self.renderer.controls():
+                self.draw_control(panel, control)
+            if self.renderer.srgb:
+                shown = float(self.renderer.display.exposure)
+                exposure = panel.slider_float("exposure", shown, -MOST_EXPOSURE, MOST_EXPOSURE)
+                if exposure != float(np.float32(shown)):  # the slider has f32
+                    self.renderer.set_display(exposure=round(exposure / EXPOSURE_STEP) * EXPOSURE_STEP)
+            self.speed = self.usual_speed * slide(panel, "x speed", self.speed / self.usual_speed, *FACTORS)
+            if panel.button("Save picture (p)"):
+                self.save_picture()
+            if panel.button("Reset camera (r)"):
+                self.reset()
+            for line in self.message:
+                panel.text(line)
+
+    def draw_buttons(self, panel, renderer_class: type[ProgressiveRenderer], offers: Sequence[Integrator]) -> None:
+        """A button for each view, estimator or path."""
+        panel.text(f"-- {renderer_class.what}s --")
+        for integrator in offers:
+            is_active = renderer_class is type(self.renderer) and integrator.name == self.renderer.active.name
+            if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
+                self.choose(partial(self.choices.use, renderer_class, integrator.name))
+
+    def draw_control(self, panel, control: Control) -> None:
+        """A value of the integrator: a slider or a button. The picture starts again if it changes."""
+        value = control.value
+        if isinstance(control, BouncesControl):
+            return  # the page has it
+        if isinstance(control, NameControl):
+            if panel.button(f"{control.label}: {value}"):
+                value = after(value, list(control.names))
+        elif isinstance(control.low, int) and isinstance(control.high, int):
+            value = panel.slider_int(control.label, value, control.low, control.high)
+            value = min(max(value, control.low), control.high)  # a number that is typed may be outside
+        else:
+            value = slide(panel, control.label, value, control.low, control.high)
+        if value != control.value:
+            try:
+                self.renderer.change(control.name, value)
+            except InputError as error:
+                self.tell(str(error))
+
+    def error_in_words(self) -> str:
+        """The estimated error of a picture of light, measured twice a second."""
         now = time.perf_counter()
-        if self.renderer.samples <= self.last_samples:  # begun anew since the last frame
-            self.started, self.error = now, math.nan
-        self.last_samples = self.renderer.samples
-        if now - self.error_at > pace.ERROR_EVERY and not self.moves:
+        if not self.renderer.needs_light or self.renderer.samples < 2:
+            self.error = math.nan
+        elif now - self.error_at > pace.ERROR_EVERY and not self.moves:
             self.error, self.error_at = self.renderer.error(), now
-        error = "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
-        return f"Time: {now - self.started:.1f} s{error}"
+        return "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
 
     def tell(self, *texts: str) -> None:
-        """Show texts in the panel."""
-        self.message = [line for text in texts for line in wrap(text)]
+        """Show texts in the panel, in lines that fit into it."""
+        self.message = [text[i : i + FITS] for text in texts for i in range(0, len(text), FITS)]
 
     def save_picture(self) -> None:
         """Write the picture; say where, or why not, in the panel and on the terminal."""
@@ -293,22 +327,22 @@ class Viewer:
             print(*told, flush=True)
         self.tell(*told)
 
-    def copy_camera(self) -> None:
+    def print_camera(self) -> None:
         """Print the camera as options of the command line."""
-        words = shlex.join(camera_words(self.renderer.camera))
-        print("Camera:", words, flush=True)
+        print("Camera:", shlex.join(camera_words(self.renderer.camera)), flush=True)
         self.tell("Camera printed on the terminal")
 
     def reset(self) -> None:
-        """The camera, the speed and the white of the beginning."""
+        """The camera and the speed of the beginning."""
         self.renderer.camera.set_camera_parameters(**self.first_camera)
         self.speed = self.usual_speed
-        self.choices.set_white(self.choices.usual_white)
 
-    def choose(self, choice: Callable[[], None]) -> None:
-        """Do something in the next frame: it may compile, and the panel has to say so before."""
-        self.pending = choice
-        self.tell(BUSY)
+
+def slide(panel, label: str, value: float, low: float, high: float) -> float:
+    """What a slider has been moved to; exactly ``value`` if it has not been moved."""
+    shown = min(max(value, low), high)
+    chosen = panel.slider_float(label, shown, low, high)
+    return value if abs(chosen - shown) <= CHANGED * abs(shown) else min(max(float(chosen), low), high)
 
 
 @contextlib.contextmanager

@@ -15,7 +15,6 @@ from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.screen import PANEL_WIDTH
 from taichi_tracer.apps.words import as_value
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
@@ -44,7 +43,7 @@ def small_renderer(scene):
 def pressed(view, label=None, **slides):
     """The panels in which something is pressed or moved; then the window goes on to its next frame."""
     panel = FakePanel(label, **slides)
-    view.panels.draw(panel)
+    view.draw_panel(panel)
     view.take_choice()
     return panel
 
@@ -58,25 +57,17 @@ PATHS = ["Paths, implicit", "Paths, explicit", "Paths, MIS"]
 def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
     panel = pressed(view)
-    assert panel.windows == ["Control Panel", "Settings"]
+    assert panel.windows == ["Control Panel"]
     assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
     shown = [*VIEWS, *ESTIMATORS, *PATHS]
     shown[VIEWS.index("Normal")] = "Normal [Active]"
-    settings = [
-        "Environment: none",
-        "Triangles: moller_trumbore",
-        "Ground: nothing",
-        "Maps ...",
-        "Copy camera (c)",
-        "Reset camera (r)",
-    ]
-    assert panel.buttons == [*shown, "Save picture (p)", "Help (h)", *settings]
+    assert panel.buttons == [*shown, "Environment: none", "Save picture (p)", "Reset camera (r)"]
     assert any(text.startswith("Frame: ") for text in panel.texts)
 
 
 def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
-    view.panels.draw(FakePanel(pressed="Material ID"))
+    view.draw_panel(FakePanel(pressed="Material ID"))
     assert view.message == [viewer.BUSY]
     view.take_choice()
     assert view.message == []
@@ -84,22 +75,16 @@ def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_p
     assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
 
 
-def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_path, capsys):
+def test_the_speed_and_the_keys_of_the_camera(small_renderer, tmp_path, capsys):
     view = viewer.Viewer(small_renderer.use("distance"), tmp_path)
     camera = small_renderer.camera
-    pressed(view, "Right-handed camera", fov=25.0, speed=2.0, white=0.5)
-    assert camera.handedness == "right"
-    assert camera.fov == 25
+    pressed(view, speed=2.0)
     assert view.speed == 3
-    assert small_renderer.max_distance == 5
-    assert any(text == "White: 5 units away" for text in pressed(view).texts)
-    words = viewer.as_command(small_renderer)
-    for word in ("--max-distance 5", "--fov 25", "--handedness right"):
-        assert word in words
-    view.press("c")
+    view.keys["c"]()
     assert shlex.join(viewer.camera_words(camera)) in capsys.readouterr().out
-    view.press("r")
-    assert (camera.handedness, camera.fov, view.speed, small_renderer.max_distance) == ("left", 60, 1.5, 10)
+    camera.set_camera_parameters(fov=25.0)
+    view.keys["r"]()
+    assert (camera.fov, view.speed) == (60, 1.5)
 
 
 def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys):
@@ -110,46 +95,6 @@ def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys)
     assert (np.asarray(Image.open(path)) == to_bytes(renderer.image())).all()
     assert "".join(view.message) == f"Saved{path}"
     assert "taichi-tracer render" in capsys.readouterr().out
-
-
-@pytest.fixture(scope="module")
-def light():
-    """A picture of light, 10 times as bright as a screen."""
-    scene = tt.load_scene_data("cornell_box", **QUICK)
-    scene.set_environment(np.full((1, 2, 3), 10.0))
-    return tt.A2Renderer(scene, width=40, height=30).render(2)
-
-
-# ── direct light and paths ──
-
-
-@pytest.fixture(scope="module")
-def path_renderer(scene):
-    return tt.A4Renderer(scene, width=40, height=30)
-
-
-def test_one_number_of_bounces_can_be_shown(path_renderer, tmp_path, monkeypatch):
-    view = viewer.Viewer(path_renderer.use("explicit"), tmp_path)
-    path_renderer.path_settings.set(max_bounces=4, bounces=None)
-    monkeypatch.setattr(path_renderer, "_shown", path_renderer.state())
-    pressed(view, "Only light after k bounces")
-    assert path_renderer.bounces == (1, 1)
-    assert not path_renderer.is_current()
-    pressed(view, k=3)
-    assert path_renderer.bounces == (3, 3)
-    assert "--bounces 3" in viewer.as_command(path_renderer)
-    pressed(view, bounce=2)
-    pressed(view)  # no path makes three bounces then
-    assert path_renderer.bounces == (2, 2)
-    pressed(view, bounce=0)
-    pressed(view)
-    assert path_renderer.bounces == (0, 0)
-    pressed(view, "Only light after k bounces")
-    assert path_renderer.bounces is None
-    path_renderer.path_settings.set(max_bounces=4, bounces=(1, 3))
-    assert "Bounces that count: 1-3" in pressed(view).texts
-    assert path_renderer.bounces == (1, 3)
-    path_renderer.bounces = None
 
 
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
@@ -166,7 +111,7 @@ def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkey
         assert (np.asarray(Image.open(path)) == expected).all()
 
 
-@pytest.mark.parametrize("ends", [(0.6, 0.5), (0.95, 0.5), (0.01, 0.5)], ids=["in the picture", "right", "left"])
+@pytest.mark.parametrize("ends", [(0.9, 0.5), (0.01, 0.5)], ids=["in the picture", "in the panel"])
 def test_a_drag_and_a_key_within_one_slow_frame_count(small_renderer, tmp_path, ends):
     """Pressed and released between two frames; from the last frame's place on, as far as both are in the picture."""
     view = viewer.Viewer(small_renderer, tmp_path)
@@ -174,9 +119,10 @@ def test_a_drag_and_a_key_within_one_slow_frame_count(small_renderer, tmp_path, 
     view.window = SimpleNamespace(
         get_events=lambda _kind: events, get_cursor_pos=lambda: ends, is_pressed=lambda _key: False
     )
-    view.cursor, view.drags_picture = (0.5, 0.5), False
+    view.cursor, view.drags_picture = (0.6, 0.4), False
     first = np.array(view.renderer.camera.eye)
-    is_in_picture = view.screen.layout.holds(ends)
+    is_in_picture = ends[0] > 0.5
+    view.draw()
     try:
         view.read_events()
         view.move_camera(0.1)
@@ -201,9 +147,8 @@ class Viewer(Desktop):
     """The viewer in its window."""
 
     def picture(self):
-        """(h, w, 3) pixels of the picture between the panels."""
-        bottom = self.height - (self.height - SIZE) // 2
-        return self.window()[bottom - SIZE : bottom, PANEL_WIDTH : PANEL_WIDTH + SIZE]
+        """(h, w, 3) pixels of the picture beside the panel."""
+        return self.window()[:, viewer.PANEL :]
 
     def saved(self):
         """Press p; returns the arguments of the command that the viewer says makes the same picture."""
@@ -227,12 +172,6 @@ def desktop(tmp_path_factory):
     words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
     with opened(words, tmp_path_factory.mktemp("desktop"), Viewer) as shown:
         poll(lambda: len(np.unique(shown.window())) > 50, "the first picture")
-        size = 2 * PANEL_WIDTH + SIZE, shown.height  # the picture has its own pixels
-        shown.xdotool("windowsize", shown.id, *map(str, size))
-        poll(lambda: shown.measure() or (shown.width, shown.height) == size, "the new size")
-        shown.xdotool(
-            "key", "h", "key", "h"
-        )  # the window needs an event to know its size where nothing manages windows
         yield shown
 
 
@@ -274,7 +213,7 @@ def shows(desktop, expected):
 )
 def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
     before = desktop.saved()
-    desktop.point(PANEL_WIDTH + 200, 200)
+    desktop.point(viewer.PANEL + 200, 200)
     desktop.xdotool("keydown", key)
     time.sleep(0.3)
     desktop.xdotool("keyup", key)
