@@ -75,6 +75,7 @@ def test_the_wheel_knows_its_version_and_what_it_needs(files):
         "pillow",
         "tqdm",
         "matplotlib",
+        "websockets",
         "flip-evaluator",
         "mapbox-earcut",
     }
