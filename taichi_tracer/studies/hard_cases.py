@@ -16,12 +16,10 @@ import numpy as np
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
-from taichi_tracer.studies.hard.closed_meshes import RED, leak_map
 from taichi_tracer.studies.hard.modes import (
     COUNTS,
     DEFAULT,
     REFERENCE,
-    T_CLASSES,
     Promise,
     RayMode,
     all_modes,
@@ -37,6 +35,8 @@ FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
 TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
 LONG_CASE = "closed sphere at 0"
+RENDERER = "renderer f32"  # the mode of cases of the rest of the renderer, with the default start of Taichi
+MOST_NAMED = 3  # cases of another mode that are named
 
 
 @dataclass
@@ -74,22 +74,11 @@ class Row:
     mode: RayMode
     findings: dict[str, float]
     times: tuple[float, ...]
-    leak_map: np.ndarray | None = None
 
     @property
     def ns_per_ray(self) -> float:
         """Nanoseconds of the best run; NaN where none was timed."""
         return min(self.times, default=math.nan)
-
-    @property
-    def noise(self) -> float:
-        """The slowest run over the best one: by so much do times of the same code differ; 1 where none was timed."""
-        return max(self.times, default=1.0) / min(self.times, default=1.0)
-
-    @property
-    def leaking_pixels(self) -> int:
-        """How many pixels of the leak map are red."""
-        return 0 if self.leak_map is None else int((self.leak_map == RED).all(axis=2).sum())
 
     def per_million(self, count: str, rays: str) -> float | None:
         """A count out of 1e6 rays."""
@@ -111,6 +100,11 @@ class SuiteResult:
         """Whether every mode kept its promises."""
         return not any(verdict.broken for verdict in self.verdicts)
 
+    @property
+    def of_default(self) -> list[CaseVerdict]:
+        """The verdicts on what runs if nobody chooses anything."""
+        return [verdict for verdict in self.verdicts if verdict.mode in (str(DEFAULT), RENDERER)]
+
 
 def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
     """The modes that a level tries, of the precisions that a backend has."""
@@ -123,7 +117,6 @@ def run(
     cases: list[Case] | None = None,
     modes: list[RayMode] | None = None,
     renderer: bool = True,
-    with_leak_maps: bool = False,
     progress: Callable[[str], None] = lambda what: None,
     arch: str = "auto",
 ) -> SuiteResult:
@@ -133,7 +126,6 @@ def run(
         level: "quick", "default" or "full".
         cases: None is all. modes: None is those of the level.
         renderer: whether to try camera, environment, BRDFs, film and furnace, too.
-        with_leak_maps: whether to make a picture of the leaks of every accelerated mode.
         progress: called with what is done next.
         arch: which backend, as for ``runtime.init``.
     """
@@ -156,7 +148,7 @@ def run(
                     progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
                     verdicts += renderer_verdicts(mode, size)
             progress(str(mode))
-            row, found = run_mode(mode, size, stages, rays, references, with_leak_maps)
+            row, found = run_mode(mode, size, stages, rays, references)
             rows.append(row)
             gc.collect()
             verdicts += found
@@ -167,10 +159,10 @@ def run(
 
 
 def run_mode(
-    mode: RayMode, size: Level, stages: list[Stage], rays: dict[str, CaseRays], references: dict, with_leak_maps: bool
+    mode: RayMode, size: Level, stages: list[Stage], rays: dict[str, CaseRays], references: dict
 ) -> tuple[Row, list[CaseVerdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
-    promise, verdicts, times, picture = promise_of(mode), [], [], None
+    promise, verdicts, times = promise_of(mode), [], []
     for stage in stages:
         if not size.covers(stage.name, mode):
             continue
@@ -191,9 +183,7 @@ def run_mode(
         if TIMED_CASE in placed:
             times += times_per_ray(placed[TIMED_CASE], few)
         scene.destroy()
-    if with_leak_maps and not mode.tries_everything:
-        picture = leak_map(mode)
-    return Row(mode, totals(verdicts), tuple(times), picture), verdicts
+    return Row(mode, totals(verdicts), tuple(times)), verdicts
 
 
 def difference_from_brute_force(mode: RayMode, case: Case, on: Placed, references: dict) -> dict[str, int]:
@@ -263,7 +253,7 @@ def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
     verdicts = []
     is_usual = size.is_whole or mode.precision == "f32"
     estimators = None if size.is_whole else ("brdf",) if is_usual else ()
-    only_short, paths = mode.fast_math and not size.is_whole, size.paths if is_usual else ()
+    only_short, paths = not size.is_whole and (mode.fast_math or not is_usual), size.paths if is_usual else ()
     for case in all_renderer_cases(estimators, only_short, paths):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
@@ -293,93 +283,95 @@ def as_json(result: SuiteResult) -> dict:
     return json.loads(json.dumps(content), parse_constant=lambda _: None)
 
 
-COLUMNS = ("edge", "vertex", "false", "double", "self", "NaN", *(f"t {name}" for name in T_CLASSES), "ns/ray")
+def default_line(result: SuiteResult) -> str:
+    """The verdict on what runs if nobody chooses anything."""
+    own = result.of_default
+    passed = sum(verdict.word == "PASS" for verdict in own)
+    others = "" if result.passed else ", and a mode breaks a promise" if passed == len(own) else ""
+    return f"The default ({DEFAULT}) passes {passed} of {len(own)} cases{others}; other modes show what they lose."
 
 
-def cells(row: Row) -> list[str]:
-    """A row of the table, as text."""
-    found = row.findings
-    rate = (row.per_million("edge_leaks", "edge_rays"), row.per_million("vertex_leaks", "vertex_rays"))
-    double = row.per_million("double_hits", "double_hit_rays")
-    counts = [found.get("false_hits"), double, found.get("self_hits"), found.get("nan")]
-    errors = [found.get(f"t_{name}") for name in T_CLASSES]
+def mode_rows(result: SuiteResult) -> list[dict[str, str]]:
+    """A row for every mode: how many cases it passes, what it loses, and what a ray costs."""
+    rows = []
+    for row in result.rows:
+        words = [v.word for v in result.verdicts if v.mode == str(row.mode)]
+        errors = [value for name, value in row.findings.items() if name.startswith("t_")]
+        counts = {name: row.findings.get(name) for name in ("false_hits", "self_hits", "nan")}
+        rates = {kind: row.per_million(f"{kind}_leaks", f"{kind}_rays") for kind in ("edge", "vertex")}
+        rows.append(
+            {
+                "mode": str(row.mode),
+                "cases": f"{words.count('PASS')} of {len(words)}",
+                **{f"{kind} leaks": "–" if rate is None else f"{rate:,.0f}" for kind, rate in rates.items()},
+                **{name.replace("_", " "): "–" if n is None else f"{n:,.0f}" for name, n in counts.items()},
+                "error of t": f"{max(errors):.0e}" if errors else "–",
+                "ns/ray": f"{row.ns_per_ray:,.0f}",
+            }
+        )
+    return rows
+
+
+def case_rows(result: SuiteResult) -> list[dict[str, str]]:
+    """A row for every case in the default mode: what could break, and what happened."""
+    known = {case.name: type(case).__doc__ or "" for case in [*all_cases(), *all_renderer_cases()]}
+    promise = promise_of(DEFAULT)
     return [
-        *("–" if r is None else "0" if r == 0 else f"{r:,.3g}" if r < 100 else f"{r:,.0f}" for r in rate),
-        *("–" if c is None else f"{c:,.0f}" for c in counts),
-        *("–" if e is None else f"{e:.0e}" for e in errors),
-        f"{row.ns_per_ray:,.0f}",
+        {
+            "case": verdict.case,
+            "what could break": " ".join(known.get(verdict.case, "").split("\n\n")[0].split()),
+            "": verdict.word,
+            "found": found_in_words(verdict, promise),
+        }
+        for verdict in result.of_default
     ]
+
+
+def found_in_words(verdict: CaseVerdict, promise: Promise) -> str:
+    """What is wrong; or the number nearest to its bound."""
+    wrong = [*verdict.broken, *verdict.weak]
+    if wrong:
+        return ", ".join(f"{name.replace('_', ' ')} {verdict.findings[name]:,.3g}" for name in wrong) + (
+            f" of {verdict.rays:,}"
+        )
+    errors = {name: value for name, value in verdict.findings.items() if name in promise.t_error}
+    if errors:
+        name = max(errors, key=lambda one: errors[one] / promise.t_error[one])
+        bound = promise.t_error[name] * DEFAULT.epsilon
+        return f"t is off by {errors[name]:.1e}, at most {bound:.1e} is allowed, {verdict.rays:,} rays"
+    return f"0 of {verdict.rays:,} wrong, 0 are allowed"
+
+
+def losses(result: SuiteResult) -> list[str]:
+    """A line for each other mode that is not right everywhere: what it loses, the largest first."""
+    lines = []
+    for mode in dict.fromkeys(v.mode for v in result.verdicts if v not in result.of_default):
+        wrong = [v for v in result.verdicts if v.mode == mode and v.word != "PASS"]
+        wrong.sort(key=lambda v: (v.word != "FAIL", -max(v.findings[name] for name in [*v.broken, *v.weak])))
+        named = [f"{'FAIL ' * bool(v.broken)}{v.case}: {found_in_words(v, Promise())}" for v in wrong[:MOST_NAMED]]
+        more = f"; and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
+        lines += [f"{mode}: {'; '.join(named)}{more}"] if wrong else []
+    return lines
 
 
 def table(result: SuiteResult) -> list[str]:
-    """Lines of text: a row for every mode, what did not hold, and what the safer modes cost."""
-    head = ["mode", *COLUMNS]
-    body = [[str(row.mode), *cells(row)] for row in result.rows]
-    widths = [max(len(line[i]) for line in [head, *body]) for i in range(len(head))]
-    lines = [
-        "  ".join(f"{c:<{w}}" if i == 0 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(line, widths, strict=True)))
-        for line in [head, *body]
-    ]
+    """Lines of text: the verdict on the default, first and last; every mode, every case, what other modes lose."""
+    verdict = default_line(result)
+    failed = [f"FAIL  {v.case}: {found_in_words(v, Promise())}" for v in result.of_default if v.word == "FAIL"]
     where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
-    lines += ["", *LEGEND, default_line(), where, "", *ratios(result), "", *outcomes(result)]
-    return lines
+    modes, cases = in_columns(mode_rows(result)), in_columns(case_rows(result))
+    return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", where, *failed, verdict]
+
+
+def in_columns(rows: list[dict[str, str]]) -> list[str]:
+    """Rows as lines of text."""
+    shown = [list(rows[0]), *(list(row.values()) for row in rows)] if rows else []
+    widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
+    return ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in shown]
 
 
 LEGEND = (
-    "edge, vertex: leaks per 1e6 rays aimed there at closed surfaces. false: hits that rounding does not explain.",
-    "double: rays that hit both triangles of an edge, per 1e6; no fault, edges are inclusive. self: rays that hit what "
-    "they leave.",
-    "t: largest relative error of the distance, by class of rays. "
-    f"ns/ray: of scene.intersect, the best of {2 * BURST} runs.",
-    "brute force is sent fewer rays, as many as fit into the same time. Other programs at work blur the times.",
+    "leaks: of 1e6 rays that are aimed at edges or vertices of closed surfaces. false hits: rounding does not explain "
+    "them.",
+    "self hits: rays that hit the triangle that they leave. error of t: relative, the largest. ns/ray: the best run.",
 )
-
-
-def default_line() -> str:
-    """Which mode runs if nobody chooses one."""
-    return f"The default is the mode {DEFAULT}."
-
-
-def ratios(result: SuiteResult) -> list[str]:
-    """What the safer choice costs over the other, all else equal.
-
-    The modes are timed one after the other, while other programs come and go. A difference counts only if it is larger
-    than the largest one between runs of a single mode.
-    """
-    rows = {row.mode: row for row in result.rows if not row.mode.tries_everything}
-    noise = max((row.noise for row in rows.values()), default=1.0)
-    lines = []
-    for mode, row in rows.items():
-        for change, text in (
-            ({"triangle_test": "moller_trumbore"}, "moller_trumbore"),
-            ({"precision": "f32"}, "f32"),
-            ({"fast_math": True}, "fast_math"),
-            ({"intersector": DEFAULT.intersector}, DEFAULT.intersector),
-        ):
-            other = RayMode(**(asdict(mode) | change))
-            if other == mode or other not in rows:
-                continue
-            ratio = row.ns_per_ray / rows[other].ns_per_ray
-            if 1 / noise <= ratio <= noise:
-                lines.append(f"{mode}: no measurable difference in time to {text} ({ratio:.2f} times)")
-            else:
-                lines.append(f"{mode} takes {ratio:.2f} times as long as with {text}")
-    if lines:
-        lines.append(f"Runs of the same mode differ by up to {100 * noise - 100:.0f} %: smaller differences are noise.")
-    return lines
-
-
-def outcomes(result: SuiteResult) -> list[str]:
-    """PASS or FAIL per case and mode: the ones that hold in one line, the others with what was found."""
-    lines = []
-    for mode in dict.fromkeys(v.mode for v in result.verdicts):
-        verdicts = [v for v in result.verdicts if v.mode == mode]
-        passed = [v for v in verdicts if v.word == "PASS"]
-        lines.append(f"{mode}: {len(passed)} of {len(verdicts)} cases PASS")
-        for v in verdicts:
-            if v.word != "PASS":
-                found = ", ".join(f"{name} {v.findings[name]:.3g}" for name in [*v.broken, *v.weak])
-                lines.append(f"  {v.word}  {v.case}: {found} of {v.rays:,}")
-    failed = sum(bool(v.broken) for v in result.verdicts)
-    lines.append("every mode keeps its promises" if result.passed else f"{failed} promises are broken")
-    return lines

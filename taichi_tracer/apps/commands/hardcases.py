@@ -16,9 +16,7 @@ def add_arguments(parser: Parser) -> None:
     for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):
         size_of.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=what)
     parser.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
-    parser.add_argument(
-        "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
-    )
+    parser.add_argument("--report", metavar="DIR", help="write a page into a folder, too")
     parser.add_argument("--arch", metavar="NAME", default="auto", help="which backend runs the kernels")
     add_parts_option(parser)
     parser.lists = ("rays", "surfaces", "archs")
@@ -48,7 +46,7 @@ def run(args: Namespace) -> int:
             bar.set_description(what)
             bar.update(0 if what.startswith("renderer") else 1)
 
-        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress, arch=args.arch)
+        result = hard_cases.run(args.level, progress=progress, arch=args.arch)
     print("\n".join(hard_cases.table(result)))
     if args.json is not None:
         text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False) + "\n"
