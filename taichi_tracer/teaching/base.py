@@ -108,19 +108,12 @@ class Mistake:
         name: what is wrong, in the words of a report: "pixel corner instead of centre".
         hint: a sentence that leads a student towards the solution without giving it away.
         changes: (old, new) texts. Each old text must stand exactly once in the method.
-        topic: the topic of the lecture; "" takes that of the part.
     """
 
     part: str
     name: str
     hint: str
     changes: tuple[tuple[str, str], ...]
-    topic: str = ""
-
-
-def mistake(part: str, name: str, hint: str, *changes: tuple[str, str], topic: str = "") -> Mistake:
-    """A known mistake, for an assignment whose MISTAKES is a tuple."""
-    return Mistake(part, name, hint, changes, topic)
 
 
 def by_part(known: Mapping[str, Mapping[str, tuple]]) -> tuple[Mistake, ...]:

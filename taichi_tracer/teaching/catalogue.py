@@ -4,22 +4,21 @@ An assignment is a folder with
 
     README.md      the text that students read; its first line is the title
     parts.py       PARTS, a tuple of ``Part``
-    mistakes.py    MISTAKES: part → name of a mistake → (hint, change, change …), see ``base.Mistake``; or a tuple of
-                   ``Mistake``; the file may be missing
+    mistakes.py    MISTAKES: part → name of a mistake → (hint, change, change …), see ``base.Mistake``;
+                   those that students make most often first, at most eight of a part; the file may be missing
     solution/      the tagged solution; a student hands in its files, except a program such as A1.py
 """
 
 import ast
 import importlib.util
 import sys
-from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching.base import Assignment, Mistake, by_part, check_parts
+from taichi_tracer.teaching.base import Assignment, by_part, check_parts
 from taichi_tracer.teaching.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
@@ -57,21 +56,16 @@ def load_folder(folder: Path) -> Assignment:
     programs = [path.name for path in solution if not classes_in(path)]
     parts_file = folder / "parts.py"
     parts = tuple(constant(parts_file, "PARTS"))
-    mistakes = mistakes_in(folder / "mistakes.py")
+    known = folder / "mistakes.py"
+    mistakes = by_part(constant(known, "MISTAKES")) if known.exists() else ()
     check_parts(folder.name, parts, classes)
     unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
     if unknown:
-        raise InputError(f"{folder / 'mistakes.py'}: there is no part {sorted(unknown)[0]!r}")
+        raise InputError(f"{known}: there is no part {sorted(unknown)[0]!r}")
     files = tuple(dict.fromkeys(classes.values()))
     program = programs[0] if programs else ""
     title = title_of(folder / "README.md")
     return Assignment(folder.name, title, folder, parts, files, classes, mistakes, program)
-
-
-def mistakes_in(file: Path) -> tuple[Mistake, ...]:
-    """The known mistakes in a file; none if there is no such file."""
-    known = constant(file, "MISTAKES") if file.exists() else ()
-    return by_part(known) if isinstance(known, Mapping) else tuple(known)
 
 
 def load_sealed(folder: Path) -> Assignment:

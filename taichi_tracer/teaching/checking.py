@@ -16,8 +16,8 @@ from taichi_tracer.teaching import boxes, catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.loading import OK, Loaded, load_submission, solution_of
-from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
-from taichi_tracer.teaching.running import answer, has_own_distribution, is_asked
+from taichi_tracer.teaching.mistakes import Finding, find
+from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.telling import Teller, Told, summary
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
@@ -245,7 +245,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
         result = CheckedPart(part, verdict, (), found.seconds)
         watch(result.lines())
         return result
-    right = kept_expected(assignment, part, inputs)
+    right = expected(assignment, part, inputs)
     if has_own_distribution(part, student):
         part = replace(part, judge=replace(part.judge, only_means=True))
     result = CheckedPart(part, part.judge(inputs, found.arrays, right), (), found.seconds)
@@ -253,6 +253,6 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     if result.verdict.status == RIGHT or not part.replaces:
         return result
     left = max(LEAST_FOR_MISTAKES, SECONDS_OF_A_PART - (time.monotonic() - start))
-    result = replace(result, findings=tuple(find(assignment, part, inputs, found.arrays, right, left)))
+    result = replace(result, findings=tuple(find(assignment, part, seed, found.arrays, right, left)))
     watch(result.lines_of_findings())
     return result

@@ -12,7 +12,7 @@ wrong answer, too:
 
     {"do": "find", "part", "seed"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
 
-The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
+The arrays of this request are called "answers/NAME" and "expected/NAME". Every answer has the "ticket"
 of its request.
 """
 
@@ -87,10 +87,9 @@ class Work:
 
     def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
-        groups: dict[str, Arrays] = {"inputs": {}, "answers": {}, "expected": {}} | kept.parted(arrays)
+        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | kept.parted(arrays)
         part = self.assignment.part(message["part"])
-        mistakes.prepare(self.assignment, message["seed"], [part])
-        found = mistakes.find(self.assignment, part, *groups.values())
+        found = mistakes.find(self.assignment, part, message["seed"], **groups)
         return {"findings": [asdict(finding) for finding in found]}, {}
 
 

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 
+import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import mistakes
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
 from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.kept import arrays_in, cache_folder, joined, keep_arrays, parted
@@ -66,7 +66,7 @@ class Reference:
 
     def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
         """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
-        arrays = joined({"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]})
+        arrays = joined({"answers": answers, "expected": self.expected[part.name]})
         request = {"do": "find", "part": part.name, "seed": self.seed}
         with self._lock:
             try:
@@ -111,9 +111,10 @@ class Reference:
 
 def fingerprint(assignment: Assignment) -> str:
     """A hash of everything that marks and hints depend on."""
-    digest = hashlib.sha256(mistakes.fingerprint(assignment.folder).encode())
-    path = assignment.folder / "mistakes.py"
-    digest.update(path.read_bytes() if path.exists() else b"")
+    digest = hashlib.sha256(taichi_tracer.__version__.encode())
+    for root in (assignment.folder, Path(__file__).parent):
+        for path in sorted(root.glob("*.py")) + sorted((root / "solution").glob("*.py")):
+            digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
 
 

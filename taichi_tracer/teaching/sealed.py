@@ -29,7 +29,7 @@ def facts_of(folder: Path) -> dict:
     """What ``seal`` wrote about an assignment: its name, classes and mistakes."""
     try:
         facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
-        facts["mistakes"] = tuple(Mistake(part, name, hint, (), topic) for part, name, hint, topic in facts["mistakes"])
+        facts["mistakes"] = tuple(Mistake(part, name, hint, ()) for part, name, hint in facts["mistakes"])
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError(
             f"{folder / FACTS}: the file is missing or damaged: take the folder from the course again"
@@ -82,7 +82,7 @@ def seal(assignment: Assignment, folder: Path, seed: int) -> None:
         for j, mistake in enumerate(assignment.mistakes):
             if mistake.part != part.name:
                 continue
-            wrong = mistakes.answers_of(assignment, part, (mistake,), inputs)
+            wrong = mistakes.answers_of(assignment, part, mistake, seed)
             where = f"assignment {assignment.name}: the mistake {mistake.name!r} of {part.name}"
             if wrong is None:
                 raise InputError(f"{where} does not run: a mistake has to give numbers")
@@ -94,7 +94,7 @@ def seal(assignment: Assignment, folder: Path, seed: int) -> None:
         "seed": seed,
         "classes": dict(assignment.classes),
         "program": assignment.program,
-        "mistakes": [[m.part, m.name, m.hint, m.topic] for m in assignment.mistakes],
+        "mistakes": [[m.part, m.name, m.hint] for m in assignment.mistakes],
     }
     folder.mkdir()
     for path in assignment.folder.glob("*.py"):

@@ -155,7 +155,6 @@ MISTAKES = {
             ("self.power_heuristic(p_light, p_brdf)", "self.power_heuristic(p_brdf, p_light)"),
             ("p_brdf * self.power_heuristic(p_brdf, p_light)", "p_brdf * self.power_heuristic(p_light, p_brdf)"),
         ),
-        "the sample of the BRDF missing": ("What does MIS combine?", ("elif p_brdf > 0:", "elif False:")),
         "sample of the BRDF divided by the light's density": (
             "From which density was this direction drawn?",
             ("f_cos / p_brdf", "f_cos / p_light"),
@@ -163,39 +162,6 @@ MISTAKES = {
         "cosine at the light forgotten": (
             "How large does a light look that is seen from the side?",
             ("light_hit.distance, cos_light)", "light_hit.distance, 1.0 + 0 * cos_light)"),
-        ),
-        "cosine at the surface squared": (
-            "How often does the cosine at the surface count?",
-            ("ti.max(0.0, tm.dot(n, w_i))", "ti.max(0.0, tm.dot(n, w_i))**2"),
-        ),
-        "sample of the light: weight reversed": (
-            "Whose density comes first?",
-            ("self.power_heuristic(p_light, p_brdf)", "self.power_heuristic(p_brdf, p_light)"),
-        ),
-        "sample of the BRDF: weight reversed": (
-            "Whose density comes first?",
-            ("p_brdf * self.power_heuristic(p_brdf, p_light)", "p_brdf * self.power_heuristic(p_light, p_brdf)"),
-        ),
-        "sample of the light without its weight": (
-            "Is light that both strategies find counted twice?",
-            (" * self.power_heuristic(p_light, p_brdf)", ""),
-        ),
-        "sample of the BRDF without its weight": (
-            "Is light that both strategies find counted twice?",
-            (" * self.power_heuristic(p_brdf, p_light)", ""),
-        ),
-        "sample of the light divided by the density per area": (
-            "Which measure does each density have?",
-            ("f_cos / p_light * self", "f_cos / lights.evaluate_probability() * self"),
-        ),
-        "the chosen triangle not compared": (
-            "Which lamp does the density belong to, if another one stands before it?",
-            ("strategy == 0 and light_hit.triangle_id != triangle_id", "strategy == 0 and triangle_id < 0"),
-        ),
-        "mean of both samples": (
-            "Do the weights of both strategies sum to 1?",
-            ("radiance += L_e * f_cos / p_light * self", "radiance += 0.5 * L_e * f_cos / p_light * self"),
-            ("radiance += L_e * f_cos / p_brdf * self", "radiance += 0.5 * L_e * f_cos / p_brdf * self"),
         ),
     },
     "EnvironmentSampler.compute_probabilities": {

@@ -55,22 +55,6 @@ MISTAKES = {
             "Which way does the normal of the light point?",
             ("tm.dot(light_hit.normal, -w_i)", "tm.dot(light_hit.normal, w_i)"),
         ),
-        "normal of the light at the surface": (
-            "Which normal belongs to which cosine?",
-            ("tm.dot(hit.normal, w_i)", "tm.dot(light_hit.normal, -w_i)"),
-        ),
-        "cosine at the surface squared": (
-            "How often does the cosine at the surface count?",
-            ("* cos_surface * cos_light", "* cos_surface**2 * cos_light"),
-        ),
-        "multiplied by the density": (
-            "What stands below the line of a Monte Carlo estimator?",
-            ("/ (p_area * light_hit.distance**2)", "* p_area / light_hit.distance**2"),
-        ),
-        "Kd for all lobes": (
-            "Do all materials reflect to all sides?",
-            ("f_r = tt.BRDF.evaluate_brdf(material, w_o, w_i, hit.normal)", "f_r = material.Kd / tm.pi"),
-        ),
         "the chosen triangle not compared": (
             "Which lamp does the density belong to, if another one stands before it?",
             ("light_hit.is_hit and light_hit.triangle_id == triangle_id", "light_hit.is_hit and triangle_id >= 0"),
@@ -110,33 +94,5 @@ MISTAKES = {
             ("w_o = -current.direction", "w_o = -ray.direction"),
         ),
         "roulette never played": ("When does the path end?", ("if bounce + 1 > self.rr_start_bounce:", "if False:")),
-        "roulette one bounce too early": (
-            "After how many bounces does roulette begin?",
-            ("bounce + 1 > self.rr_start_bounce", "bounce + 2 > self.rr_start_bounce"),
-        ),
-        "path starts again from the eye": (
-            "From where does the next ray start?",
-            ("tt.Ray(origin=x, direction=w_i)", "tt.Ray(origin=ray.origin, direction=w_i)"),
-        ),
-        "only direct light": (
-            "What does a path do after its first bounce?",
-            ("current = tt.Ray(origin=x, direction=w_i)", "throughput = tm.vec3(0)"),
-        ),
-        "roulette one bounce too late": (
-            "After how many bounces does roulette begin?",
-            ("bounce + 1 > self.rr_start_bounce", "bounce > self.rr_start_bounce"),
-        ),
-        "directions always along the normal": (
-            "Which directions contribute to the integral?",
-            ("w_i = tt.BRDF.sample_direction(material, w_o, n)", "w_i = n"),
-        ),
-        "Kd for all lobes": (
-            "Do all materials reflect to all sides?",
-            ("f_r = tt.BRDF.evaluate_brdf(material, w_o, w_i, n)", "f_r = material.Kd / tm.pi"),
-        ),
-        "cosine squared": (
-            "How often does the cosine at the surface count?",
-            ("f_r, cosine, ti.max", "f_r, cosine**2, ti.max"),
-        ),
     },
 }
