@@ -20,7 +20,7 @@ from taichi_tracer.teaching.mistakes import Finding, find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.telling import Teller, Told, summary
 
-SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
+SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``apps.supervised`` allows
 DIGITS = 4  # of points that are handed on
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]

@@ -50,18 +50,20 @@ def find(
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds: after which no further mistake is compared; the first one that fits then ends the search. Infinity
-            compares all of them, so that the result is the same on every machine.
+        seconds: that the search may take; the first mistake that fits then ends it. Infinity compares all of them, so
+            that the result is the same on every machine.
     """
     inputs, judge = assignment.inputs(part, seed), part.judge
     is_right = judge.agrees(inputs, answers, expected)
     if is_right.all():
         return []
     waiting, fitting = list(assignment.mistakes_of(part)), []
-    end = time.monotonic() + seconds
-    while waiting and time.monotonic() < end and not (fitting and seconds < math.inf):
+    now, longest = time.monotonic(), 0.0
+    end = now + seconds
+    while waiting and now + longest < end and not (fitting and seconds < math.inf):
         mistake = waiting.pop(0)
         wrong = answers_of(assignment, part, mistake, seed)
+        longest, now = max(longest, time.monotonic() - now), time.monotonic()
         if wrong is None or judge.agrees(inputs, wrong, expected).all():
             continue
         if agree(judge, inputs, answers, wrong).all():

@@ -29,7 +29,7 @@ def told(yours, right=RIGHT, **others):
         (0 * RIGHT, "v is always 0"),
         (0 * RIGHT + 7, "v is the same for every input"),
         (1 - RIGHT, "v is 1 minus the right number"),
-        (RIGHT + np.outer(RNG.normal(size=50), [0, 0, 1]), "of v, only z is wrong"),
+        (RIGHT + np.outer(RNG.normal(size=50), [0, 0, 1]), "v is right but for its z"),
         (np.full((50, 3), np.nan), "v is not a finite number in 50 of 50 cases"),
         (RIGHT[:, :2], "the answer 'v' has another shape than it should"),
     ],
