@@ -11,7 +11,8 @@ matter. After ``# BEGIN SOLUTION NO PROMPT``, nothing takes its place. A text be
 
 import ast
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 from taichi_tracer.system.errors import InputError
 
@@ -24,6 +25,14 @@ PLACE, CALL = "# YOUR CODE HERE", "tt.teaching.not_written("
 REMINDER = "# delete this line when the method is written"
 
 
+class Solution(NamedTuple):
+    """What stands between two tags, and what takes its place: for students, and for otter-grader."""
+
+    lines: list[str]
+    stub: list[str]
+    otter: list[str]
+
+
 def stub_of(source: str, name: str) -> str:
     """The student's version of a tagged file.
 
@@ -33,34 +42,49 @@ def stub_of(source: str, name: str) -> str:
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    return partly_solved(source, name, ())
-
-
-def partly_solved(source: str, name: str, shown: Collection[str]) -> str:
-    """A tagged file with the solution of some methods alone: "Class.method", or "" for what is in no method."""
-    text = "\n".join(_lines(source, name, lambda owner: owner in shown)) + "\n"
+    text = written(source, name, lambda solution: solution.stub)
     return with_package(text) if CALL in text else text
+
+
+def solved(source: str, name: str) -> str:
+    """The tagged file without its tags and prompts."""
+    return written(source, name, lambda solution: solution.lines)
 
 
 def for_otter(source: str, name: str) -> str:
     """The tagged file with the tags of otter-grader: what replaces a solution stands behind it, as a text."""
-    lines, owners, kept = source.splitlines(), methods_by_line(source, name), []
+    return with_package(written(source, name, lambda solution: solution.otter))
+
+
+def written(source: str, name: str, choice: Callable[[Solution], list[str]]) -> str:
+    """The file with one form of each solution in it."""
+    lines = []
+    for piece in pieces(source, name):
+        lines += [piece] if isinstance(piece, str) else choice(piece)
+    return "\n".join(lines) + "\n"
+
+
+def pieces(source: str, name: str) -> Iterator[str | Solution]:
+    """The lines and the solutions of a tagged file."""
+    lines, owners = source.splitlines(), methods_by_line(source, name)
     i = 0
     while i < len(lines):
         begin = BEGIN.match(lines[i])
         if begin is None:
-            kept.append(lines[i])
+            if END.match(lines[i]):
+                raise InputError(f"{name}:{i + 1}: END SOLUTION without a BEGIN SOLUTION before it")
+            yield lines[i]
             i += 1
             continue
         end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
         prompt, after = prompt_after(lines, end + 1, name)
-        indent, method = begin.group(1), owners.get(i + 1, "")
-        kept += [f"{indent}# BEGIN SOLUTION NO PROMPT", *lines[i + 1 : end], f"{indent}# END SOLUTION"]
+        solution, indent, method = lines[i + 1 : end], begin.group(1), owners.get(i + 1, "")
+        stub = (prompt or [f"{indent}{PLACE}"]) + [f'{indent}{CALL}"{method}")  {REMINDER}'] * bool(method)
+        otter = [f"{indent}# BEGIN SOLUTION NO PROMPT", *solution, f"{indent}# END SOLUTION"]
         if begin.group(2) is None:
-            prompt = (prompt or [f"{indent}{PLACE}"]) + [f'{indent}{CALL}"{method}")  {REMINDER}'] * bool(method)
-            kept += [f'{indent}""" # BEGIN PROMPT', *prompt, f'{indent}""" # END PROMPT']
+            otter += [f'{indent}""" # BEGIN PROMPT', *stub, f'{indent}""" # END PROMPT']
+        yield Solution(solution, stub if begin.group(2) is None else [], otter)
         i = after
-    return with_package("\n".join(kept) + "\n")
 
 
 def with_package(text: str) -> str:
@@ -75,38 +99,6 @@ def with_package(text: str) -> str:
     at = (before[0].end_lineno or 0) if before else 0
     gap = "" if imports else "\n"
     return "".join([*lines[:at], gap * bool(before), "import taichi_tracer as tt\n", *lines[at:]])
-
-
-def solved(source: str, name: str) -> str:
-    """The tagged file without its tags and prompts."""
-    return "\n".join(_lines(source, name, lambda _owner: True)) + "\n"
-
-
-def _lines(source: str, name: str, is_shown: Callable[[str], bool]) -> list[str]:
-    lines = source.splitlines()
-    owners = methods_by_line(source, name)
-    kept: list[str] = []
-    i = 0
-    while i < len(lines):
-        begin = BEGIN.match(lines[i])
-        if begin is None:
-            if END.match(lines[i]):
-                raise InputError(f"{name}:{i + 1}: END SOLUTION without a BEGIN SOLUTION before it")
-            kept.append(lines[i])
-            i += 1
-            continue
-        end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
-        prompt, after = prompt_after(lines, end + 1, name)
-        method = owners.get(i + 1, "")
-        if is_shown(method):
-            kept += lines[i + 1 : end]
-        elif begin.group(2) is None:
-            indent = begin.group(1)
-            kept += prompt or [f"{indent}{PLACE}"]
-            if method:
-                kept.append(f'{indent}{CALL}"{method}")  {REMINDER}')
-        i = after
-    return kept
 
 
 def partner(lines: list[str], first: int, pattern: re.Pattern, message: str) -> int:

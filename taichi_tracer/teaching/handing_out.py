@@ -9,7 +9,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.cutting import for_otter, solved, stub_of
-from taichi_tracer.teaching.notebooks import notebook
 from taichi_tracer.teaching.sealed import seal
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
@@ -50,12 +49,10 @@ def write_folder(assignment: Assignment, folder: str | Path, is_solved: bool = F
     Raises:
         InputError: the folder has files already, so that nothing is written over a student's work.
     """
-    folder = Path(folder).expanduser()
-    texts = sources(assignment, is_solved)
-    texts["README.md"] = readme(assignment)
-    texts["check.py"] = CHECK
-    texts[RECORD] = json.dumps(record(assignment, seed), indent=1) + "\n"
-    return write_all(assignment, folder, texts, seed)
+    texts = sources(assignment, "solved" if is_solved else "stub")
+    texts |= {"README.md": readme(assignment), "check.py": CHECK}
+    texts |= {RECORD: json.dumps(record(assignment, seed), indent=1) + "\n"}
+    return write_all(assignment, Path(folder).expanduser(), texts, seed)
 
 
 def write_notebook(
@@ -66,29 +63,27 @@ def write_notebook(
     Args:
         grader: "nbgrader" or "otter" for a teacher's notebook of this program, which has the tagged solution.
     """
-    folder = Path(folder).expanduser()
     word = record(assignment, seed)["assignment"]
     text = (assignment.folder / "README.md").read_text(encoding="utf-8")
-    texts = tagged(assignment, grader) if grader else sources(assignment, is_solved)
-    made = notebook(assignment, word, texts, text, seed, grader)
-    content = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
-    return write_all(assignment, folder, {f"{assignment.name}.ipynb": content}, seed)
+    texts = sources(assignment, grader or ("solved" if is_solved else "stub"))
+    try:
+        from taichi_tracer.teaching.notebooks import notebook
+    except ImportError:
+        raise InputError("a notebook needs nbformat: pip install 'taichi_tracer[notebook]'") from None
+    content = notebook(assignment, word, texts, text, seed, grader)
+    return write_all(assignment, Path(folder).expanduser(), {f"{assignment.name}.ipynb": content}, seed)
 
 
 def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed: int) -> list[Path]:
     """Write texts, the pictures of the assignment, and the checks of an assignment that is not in the package."""
     make_empty(folder)
-    written = []
     if not is_shipped(assignment):
         seal(assignment, folder / CHECKS, seed)
-        written += sorted((folder / CHECKS).iterdir())
     for name, text in texts.items():
         replace_file(folder / name, text.encode())
-        written.append(folder / name)
     for picture in pictures(assignment):
         shutil.copyfile(picture, folder / picture.name)
-        written.append(folder / picture.name)
-    return written
+    return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
 def make_empty(folder: Path) -> None:
@@ -98,18 +93,11 @@ def make_empty(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
 
 
-def sources(assignment: Assignment, is_solved: bool) -> dict[str, str]:
-    """Name → text of every Python file of the solution, cut or solved."""
-    change = solved if is_solved else stub_of
+def sources(assignment: Assignment, form: str) -> dict[str, str]:
+    """Name → text of every Python file: the "stub", "solved", or the tagged solution for "nbgrader" or "otter"."""
+    change = {"stub": stub_of, "solved": solved, "otter": for_otter}.get(form, lambda text, _file: text)
     files = sorted(assignment.solution_folder.glob("*.py"))
     return {path.name: change(path.read_text(encoding="utf-8"), str(path)) for path in files}
-
-
-def tagged(assignment: Assignment, grader: str) -> dict[str, str]:
-    """Name → text of every Python file of the solution, with the tags of this program."""
-    paths = sorted(assignment.solution_folder.glob("*.py"))
-    texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
-    return {name: for_otter(text, name) for name, text in texts.items()} if grader == "otter" else texts
 
 
 def record(assignment: Assignment, seed: int) -> dict:

@@ -2,68 +2,134 @@
 
 The cells of a notebook share their names. So a cell needs no import of what another cell defines, and such imports
 are left out. A file that needs another one comes after it.
+
+A teacher's notebook for nbgrader or otter-grader has the solution between its tags. Both programs make the students'
+version of it, without the solution, and give points for the cells behind it. nbgrader takes a number that a cell
+returns as its points, an error as none; a test of otter-grader is passed, or not. Checks with another seed are hidden
+from students.
 """
 
 import ast
 import json
+import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 
+import nbformat
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
+
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import graded_cells
 from taichi_tracer.teaching.base import Assignment, Part
 from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.graded_cells import Cell, code, markdown
 
 SAMPLES = 16  # of the picture in the end
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+GRADED = {"grade": False, "locked": False, "schema_version": 3, "solution": False, "task": False}  # what nbgrader reads
+Cell = nbformat.NotebookNode
 
 
 def notebook(
     assignment: Assignment, word: str, texts: Mapping[str, str], readme: str, seed: int, grader: str = ""
-) -> dict:
-    """The JSON of a notebook of format 4.5; nbgrader knows the cells to be written by a student.
+) -> str:
+    """The text of a notebook of format 4.5.
 
     Args:
         word: what ``check`` takes to find the assignment. texts: name → text of every Python file. readme: the task.
-        grader: for which program a teacher's notebook is, "nbgrader" or "otter"; see ``graded_cells``.
+        grader: for which program a teacher's notebook is, "nbgrader" or "otter".
 
     Raises:
         InputError: two files need each other, or a file imports another one as a whole.
     """
-    tested = {part.replaces for part in assignment.parts if part.replaces}
-    hidden_seed = seed + 1 if assignment.folder.parent == SHIPPED else seed  # others have the answers of one seed
-    cells = [*graded_cells.head(grader, assignment.name), markdown("text", readme)]
+    # The checks of an assignment that is not in the package have the answers of one seed.
+    checks = Checks(word, seed, seed + 1 if assignment.folder.parent == SHIPPED else seed)
+    with_checks = {"nbgrader": checks.for_nbgrader, "otter": checks.for_otter}.get(grader, checks.for_student)
+    tested = [cls for cls in assignment.classes if any(part.replaces == cls for part in assignment.parts)]
+    config = f"# ASSIGNMENT CONFIG\nname: {assignment.name}\ninit_cell: false"
+    cells = [new_raw_cell(config, id="assignment")] if grader == "otter" else []
+    cells.append(new_markdown_cell(readme, id="text"))
     stems = {name.removesuffix(".py") for name in texts}
     for name in in_order({name: texts[name] for name in assignment.files}):
-        classes = [cls for cls, file in assignment.classes.items() if file == name and cls in tested]
-        stem = name.removesuffix(".py")
-        written = code(stem, without_imports_of(texts[name], stems, name), is_written_by_student=True)
-        if grader:
-            parts = [part for part in assignment.parts if part.replaces in classes and not part.is_optional]
-            cells += graded_cells.question(
-                grader, written, stem, parts, call_of(word, seed), call_of(word, hidden_seed)
-            )
-            continue
-        cells.append(written)
-        if classes:
-            cells.append(check_cell(f"check-{stem}", word, classes, seed))
+        stem, classes = name.removesuffix(".py"), [cls for cls in tested if assignment.classes[cls] == name]
+        parts = [part for part in assignment.parts if part.replaces in classes and not part.is_optional]
+        written = code(stem, without_imports_of(texts[name], stems, name), solution=True)
+        cells += with_checks(stem, [written], parts, classes)
     if assignment.program:
         cells += picture_cells(texts[assignment.program], stems, assignment.program)
-    together = [part.name for part in assignment.parts if part.replaces == ""]
-    if grader:
-        pictures = [part for part in assignment.parts if part.replaces == ""]
-        classes = [cls for cls in assignment.classes if cls in tested]
-        calls = call_of(word, seed, classes), call_of(word, hidden_seed, classes)
-        cells += graded_cells.question(grader, None, "pictures", pictures, *calls) if pictures else []
-    elif together and len({assignment.classes[cls] for cls in tested}) > 1:  # otherwise, one check has them all
-        classes = [cls for cls in assignment.classes if cls in tested]
-        cells.append(check_cell("check-together", word, classes, seed, together))
-    metadata = {
-        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
-        "language_info": {"name": "python"},
-    }
-    return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
+    pictures = [part for part in assignment.parts if part.replaces == ""]
+    if pictures and (grader or len({assignment.classes[cls] for cls in tested}) > 1):  # otherwise, one check has all
+        cells += with_checks("pictures", [], pictures, tested)
+    return nbformat.writes(new_notebook(cells=cells, metadata={"kernelspec": KERNEL})) + "\n"
+
+
+def code(name: str, source: str, **facts: object) -> Cell:
+    """A cell of code, with what nbgrader is to know about it; without facts, it is not nbgrader's."""
+    metadata = {"nbgrader": GRADED | {"grade_id": name} | facts} if facts else {}
+    return new_code_cell(source.rstrip(), id=name, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Checks:
+    """Makes the cells that check methods, which follow the cell that was written; without one, all files were written.
+
+    Attributes:
+        word: what ``check`` takes to find the assignment. seed, hidden_seed: for students, and for points.
+    """
+
+    word: str
+    seed: int
+    hidden_seed: int
+
+    def call(self, seed: int, classes: Sequence[str], parts: Sequence[Part] = ()) -> str:
+        """The call that checks some classes; of some parts alone, if there are any."""
+        words = [json.dumps(self.word), *classes, *[f"seed={seed}"] * bool(seed)]
+        words += [f"parts={json.dumps([part.name for part in parts])}"] * bool(parts)
+        return f"tt.teaching.check({', '.join(words)})"
+
+    def calls(self, part: Part, classes: Sequence[str]) -> tuple[str, str]:
+        """The calls that check one part, for students and for points."""
+        needed = [part.replaces] if part.replaces else classes
+        return self.call(self.seed, needed, [part]), self.call(self.hidden_seed, needed, [part])
+
+    def for_student(self, name: str, written: list[Cell], parts: Sequence[Part], classes: Sequence[str]) -> list[Cell]:
+        """One cell that checks all parts of these classes."""
+        call = self.call(self.seed, classes, () if written else parts)
+        return written + [code(f"check-{name}", call)] * bool(classes)
+
+    def for_nbgrader(self, name: str, written: list[Cell], parts: Sequence[Part], classes: Sequence[str]) -> list[Cell]:
+        """A cell for each part, which earns its points."""
+        cells = list(written)
+        for part in parts:
+            shown, hidden = self.calls(part, classes)
+            lines = [f"report = {shown}", "### BEGIN HIDDEN TESTS", f"report = {hidden}", "### END HIDDEN TESTS"]
+            source = "\n".join([*lines, "display(report)", "report.score()"])
+            cells.append(code(identifier(part), source, grade=True, locked=True, points=part.points))
+        return cells
+
+    def for_otter(self, name: str, written: list[Cell], parts: Sequence[Part], classes: Sequence[str]) -> list[Cell]:
+        """A question: the solution, and for each part a test that is shown and a hidden one, which has its points."""
+        if not parts:
+            return written
+        points = sum(part.points for part in parts)
+        cells = [new_raw_cell(f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}", id=f"{name}-question")]
+        if written:
+            begin = new_raw_cell("# BEGIN SOLUTION", id=f"{name}-solution")
+            cells += [begin, *written, new_raw_cell("# END SOLUTION", id=f"{name}-end")]
+        cells.append(new_raw_cell("# BEGIN TESTS", id=f"{name}-tests"))
+        for part in parts:
+            shown, hidden = self.calls(part, classes)
+            for kind, call, earned in (("shown", shown, 0.0), ("hidden", hidden, part.points)):
+                config = f"hidden: {str(kind == 'hidden').lower()}\npoints: {earned:g}"
+                text = f'''""" # BEGIN TEST CONFIG\n{config}\n""" # END TEST CONFIG\nassert {call}.is_right'''
+                cells.append(code(f"{identifier(part)}-{kind}", text))
+        cells.append(new_raw_cell("# END TESTS", id=f"{name}-tests-end"))
+        return [*cells, new_raw_cell("# END QUESTION", id=f"{name}-question-end")]
+
+
+def identifier(part: Part) -> str:
+    """The name of a part as the name of a cell: letters, digits and dashes."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", part.name)
 
 
 def in_order(texts: Mapping[str, str]) -> list[str]:
@@ -79,9 +145,9 @@ def in_order(texts: Mapping[str, str]) -> list[str]:
 
 def imported(text: str) -> set[str]:
     """The modules that a file imports by ``from … import``, or as a whole."""
-    found = {node.module or "" for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)}
-    whole = (alias.name for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import) for alias in node.names)
-    return found | set(whole)
+    nodes = list(ast.walk(ast.parse(text)))
+    whole = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    return whole | {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
 
 
 def without_imports_of(text: str, stems: set[str], file: str) -> str:
@@ -105,50 +171,15 @@ def picture_cells(program: str, stems: set[str], file: str) -> list[Cell]:
     """What the program shows in its window, as a picture; nothing if its ``main`` does not end with ``show(...)``."""
     text = without_imports_of(program, stems, file)
     tree = ast.parse(text)
-    main = next((node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "main"), None)
-    shown = window_of(main)
-    if main is None or shown is None:
-        return []
-    imports = [node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom))]
-    used = {node.id for statement in main.body[:-1] for node in ast.walk(statement) if isinstance(node, ast.Name)}
-    used |= {node.id for node in ast.walk(shown) if isinstance(node, ast.Name)}
-    needed = [node for node in imports if used & {alias.asname or alias.name for alias in node.names}]
-    body = [node for node in main.body[:-1] if not is_text(node)]
-    sources = [ast.get_source_segment(text, node, padded=True) or "" for node in (*needed, *body)]
-    last = f"{ast.get_source_segment(text, shown)}.render({SAMPLES})"
-    lines = [textwrap.dedent(source) for source in sources]
-    return [markdown("picture-text", "## Your picture"), code("picture", "\n".join([*lines, last]))]
-
-
-def call_of(word: str, seed: int, classes: Sequence[str] = ()) -> Callable[[Part], str]:
-    """Part → the call that checks it.
-
-    Args:
-        classes: that it needs; () is the one that it tests.
-    """
-
-    def call(part: Part) -> str:
-        words = [json.dumps(word), *(classes or [part.replaces]), f"seed={seed}", f"parts={json.dumps([part.name])}"]
-        return f"tt.teaching.check({', '.join(words)})"
-
-    return call
-
-
-def check_cell(name: str, word: str, classes: Sequence[str], seed: int, parts: Sequence[str] = ()) -> Cell:
-    """A check of some classes; of some parts alone, if they are named."""
-    words = [json.dumps(word), *classes]
-    words += [f"seed={seed}"] * bool(seed) + [f"parts={json.dumps(list(parts))}"] * bool(parts)
-    return code(name, f"tt.teaching.check({', '.join(words)})")
-
-
-def window_of(main: ast.FunctionDef | None) -> ast.expr | None:
-    """The renderer of the last line ``return show(renderer)``."""
-    last = main.body[-1] if main is not None else None
-    call = last.value if isinstance(last, ast.Return) else None
-    is_show = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "show"
-    return call.args[0] if is_show and len(call.args) == 1 else None  # type: ignore[union-attr]
-
-
-def is_text(node: ast.stmt) -> bool:
-    """Whether a statement is a docstring."""
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    for main in (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "main"):
+        match main.body[-1]:
+            case ast.Return(ast.Call(ast.Name("show"), [shown])):
+                body = main.body[ast.get_docstring(main) is not None : -1]
+                used = {node.id for part in (*body, shown) for node in ast.walk(part) if isinstance(node, ast.Name)}
+                imports = (node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom)))
+                needed = [one for one in imports if used & {alias.asname or alias.name for alias in one.names}]
+                segments = (ast.get_source_segment(text, one, padded=True) or "" for one in (*needed, *body))
+                last = f"{ast.get_source_segment(text, shown)}.render({SAMPLES})"
+                source = "\n".join([*(textwrap.dedent(segment) for segment in segments), last])
+                return [new_markdown_cell("## Your picture", id="picture-text"), code("picture", source)]
+    return []
