@@ -49,21 +49,18 @@ def in_notebook(parts: Sequence[str]) -> str:
     return f"<style>{STYLE}</style><div class='teaching'>{''.join(parts)}</div>"
 
 
-def kind_of(status: str) -> str:
-    """The class of CSS that colours a status."""
-    return KINDS.get(status, "wrong")
+def coloured(status: str, content: str) -> str:
+    """HTML in the colour of a status, which the mouse names."""
+    return f"<span class='{KINDS.get(status, 'wrong')}' title='{html.escape(status)}'>{content}</span>"
 
 
 def lines_of(name: str, points: float, verdict: PartResult, seconds: float) -> list[str]:
     """What a terminal shows of one part, which is worth so many points: the verdict, with the first wrong numbers."""
     head = f"  {verdict.status:<12}{name:<36}{points * verdict.share:>5.3g} of {points:<4g}"
-    lines = [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s"]
-    if verdict.status == RIGHT or not verdict.message:
-        return lines
-    lines.append(f"      {verdict.message}")
-    for whose, values in verdict.first_wrong.items():
-        lines.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
-    return lines
+    said = [f"      {verdict.message}"] * bool(verdict.message)
+    for whose, values in verdict.first_wrong.items() if said else ():
+        said.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
+    return [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s", *(said if verdict.status != RIGHT else ())]
 
 
 def box(name: str, facts: str, verdict: PartResult, found: Sequence[str] = (), hint: str = "") -> str:
@@ -73,19 +70,14 @@ def box(name: str, facts: str, verdict: PartResult, found: Sequence[str] = (), h
         facts: a line about points and time.
         found: what is probably wrong, a sentence each.
     """
-    status, message, first_wrong, pictures = verdict.status, verdict.message, verdict.first_wrong, verdict.pictures
-    head = f"<span class='{kind_of(status)}'>{html.escape(status)}</span> <code>{html.escape(name)}</code>"
-    if status == CRASHED and not message:
+    head = f"{coloured(verdict.status, html.escape(verdict.status))} <code>{html.escape(name)}</code>"
+    if verdict.status == CRASHED and not verdict.message:
         return f"<p>{head}, {html.escape(facts)}: for the same reason</p>"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
-    if message:
-        lines.append(page.paragraph(message))
-    if first_wrong:
-        rows = ((whose, ", ".join(f"{n} = {v}" for n, v in values.items())) for whose, values in first_wrong.items())
-        cells = (f"<tr><th>{html.escape(whose)}</th><td>{html.escape(values)}</td></tr>" for whose, values in rows)
-        lines.append(f"<div class='wide'><table class='numbers'>{''.join(cells)}</table></div>")
-    lines += [page.paragraph(text) for text in found]
-    if hint:
-        lines.append(page.paragraph(f"Hint: {hint}", "note"))
-    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in pictures.items()]
+    lines += [page.paragraph(verdict.message)] * bool(verdict.message)
+    wrong = {whose: ", ".join(f"{n} = {v}" for n, v in values.items()) for whose, values in verdict.first_wrong.items()}
+    rows = (f"<tr><th>{html.escape(whose)}</th><td>{html.escape(text)}</td></tr>" for whose, text in wrong.items())
+    lines += [f"<div class='wide'><table class='numbers'>{''.join(rows)}</table></div>"] * bool(wrong)
+    lines += [*map(page.paragraph, found), *[page.paragraph(f"Hint: {hint}", "note")] * bool(hint)]
+    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in verdict.pictures.items()]
     return "".join(lines) + "</div>"

@@ -89,7 +89,7 @@ class Work:
         """Which known mistakes give these answers."""
         groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | kept.parted(arrays)
         part = self.assignment.part(message["part"])
-        found = mistakes.find(self.assignment, part, message["seed"], **groups)
+        found = mistakes.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
         return {"findings": [asdict(finding) for finding in found]}, {}
 
 

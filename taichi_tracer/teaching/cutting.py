@@ -125,7 +125,7 @@ def methods_by_line(source: str, name: str) -> dict[int, str]:
         tree = ast.parse(source)
     except SyntaxError as error:
         raise InputError(f"{name}:{error.lineno}: {error.msg}") from None
-    found = {}
+    found: dict[int, str] = {}
     for node in tree.body:
         members = node.body if isinstance(node, ast.ClassDef) else [node]
         for member in members:

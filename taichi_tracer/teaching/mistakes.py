@@ -57,7 +57,8 @@ def find(
     is_right = judge.agrees(inputs, answers, expected)
     if is_right.all():
         return []
-    waiting, fitting = list(assignment.mistakes_of(part)), []
+    waiting = list(assignment.mistakes_of(part))
+    fitting: list[Mistake] = []
     now, longest = time.monotonic(), 0.0
     end = now + seconds
     while waiting and now + longest < end and not (fitting and seconds < math.inf):
