@@ -42,17 +42,6 @@ def test_corners_stand_where_their_names_say():
         np.testing.assert_allclose(shown[row, column], color, atol=0.005)
 
 
-def test_one_color_is_that_color_to_the_last_bit():
-    color = np.float32([0.14, 0.19, 0.26])
-    assert (picture(load_background(color), 5, 4) == color).all()
-    assert (picture(corner_background(*[color] * 4), 5, 4) == color).all()
-
-
-def test_an_image_of_the_frames_size_is_shown_texel_by_texel(rng):
-    image = rng.uniform(size=(31, 57, 3)).astype(np.float32)
-    np.testing.assert_array_equal(picture(load_background(image), 57, 31), image)
-
-
 def test_an_image_is_stretched_over_the_frame(rng):
     image = rng.uniform(size=(6, 9, 3)).astype(np.float32)
     background = load_background(image)

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-import taichi as ti
-from shapes import SQUARE, with_spheres
+from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.geometry import Mesh, check, clean, smoothed
-from taichi_tracer.system import runtime
 
 
 def square_with(extra_vertices=(), extra_faces=()):
@@ -68,43 +66,8 @@ def test_arrays_that_do_not_fit_are_refused(change, message):
 
 # ── one numbering for triangles and spheres ──
 
-SPHERES = [(0, 0, 0, 1), (3, 0, 0, 2), (5, 1, 0, 0.5)]
-
-
-def test_primitives_are_numbered_as_the_file_has_them():
-    mesh = with_spheres(SPHERES, *SQUARE, sphere_materials=np.array([0, 2, 2], np.int32))
-    assert mesh.sphere_ids.tolist() == [0, 2, 4]
-    assert mesh.num_primitives == 5
-    assert mesh.primitives().tolist() == [-1, 0, -2, 1, -3]
-    assert mesh.used_materials().tolist() == [0, 2]
-    assert with_spheres(SPHERES).primitives().tolist() == [-1, -2, -3]
-    assert Mesh(*SQUARE).primitives().tolist() == [0, 1]
-
 
 # ── what kernels can read ──
-
-
-@ti.kernel
-def _read(geometry: ti.template(), out: ti.types.ndarray(ndim=2)):
-    for i in range(geometry.n_triangles):
-        ids, corner = geometry.triangle_vertex_ids[i], geometry.vertices[geometry.triangle_vertex_ids[i].y]
-        normal = geometry.unit_normals[i]
-        for k in ti.static(range(3)):
-            out[i, k], out[i, 3 + k], out[i, 6 + k] = ids[k], corner[k], normal[k]
-        out[i, 9], out[i, 10] = geometry.triangle_material_ids[i], geometry.thinness[i]
-
-
-def test_triangles_have_the_handouts_names(precision):
-    mesh = Mesh(*SQUARE, face_materials=np.array([1, 0], np.int32), materials=[tt.Material(), tt.Material()])
-    geometry = tt.SceneData(mesh).geometry
-    out = np.zeros((2, 11), runtime.dtype())
-    _read(geometry, out)
-    np.testing.assert_array_equal(out[:, :3], SQUARE[1])
-    np.testing.assert_array_equal(out[:, 3:6], SQUARE[0][SQUARE[1][:, 1]])
-    np.testing.assert_array_equal(out[:, 6:9], [[0, 0, 1]] * 2)
-    np.testing.assert_array_equal(out[:, 9], [1, 0])
-    np.testing.assert_allclose(out[:, 10], 1, rtol=1e-6)  # the two shortest edges stand at a right angle
-    assert (geometry.n_triangles, geometry.n_spheres, geometry.n_primitives) == (2, 0, 2)
 
 
 # ── smooth normals ──

@@ -8,7 +8,6 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, group, settled
 from taichi_tracer.materials import Material
-from taichi_tracer.scene_data import again
 
 
 def placed_at(x=0.0, y=0.0, z=0.0, linear=None):
@@ -109,19 +108,6 @@ def test_a_group_that_contains_itself_is_an_error_with_its_path():
         settled(tree)
 
 
-def test_too_many_places_and_too_many_levels_are_refused_before_they_fill_the_memory():
-    mesh = Mesh(*SQUARE, source="a")
-    for _ in range(40):
-        mesh = group(Instances(mesh, np.tile(np.eye(4), (8, 1, 1))), source="b")
-    with pytest.raises(tt.InputError, match="more than 10,000,000 places"):
-        settled(mesh)
-    mesh = Mesh(*SQUARE, source="a")
-    for _ in range(80):
-        mesh = group(Instances(mesh, np.eye(4)), source="b")
-    with pytest.raises(tt.InputError, match="nested more than 64 deep"):
-        settled(mesh)
-
-
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
@@ -160,15 +146,3 @@ def test_a_ground_lies_under_everything_and_is_not_what_the_camera_shows(up_axis
     assert scene.materials[hits.material_id[0]].Kd == (0.6, 0.6, 0.6)
     assert scene.materials[0].Kd == (0.6, 0.6, 0.6)
     assert mesh.materials[0].Kd == (1.0, 1.0, 1.0)
-
-
-def test_a_ground_is_taken_away_again(f32):
-    scene = tt.load_scene_data("cornell_box", ground=True)
-    assert scene.ground
-    bare = again(scene, ground=False)
-    former = tt.load_scene_data("cornell_box")
-    assert not bare.ground
-    np.testing.assert_array_equal(bare.mesh.vertices, former.mesh.vertices)
-    np.testing.assert_array_equal(bare.mesh.faces, former.mesh.faces)
-    assert again(bare, ground=True).ground
-    assert again(scene).geometry.n_primitives == scene.geometry.n_primitives

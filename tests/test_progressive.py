@@ -1,7 +1,5 @@
 """Progressive rendering: what adds samples, what starts over, and what is refused."""
 
-import time
-
 import numpy as np
 import pytest
 import taichi as ti
@@ -10,7 +8,6 @@ from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.system import compiling
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -33,18 +30,6 @@ def test_a_new_view_or_camera_starts_over(renderer):
     assert renderer.samples == 0
 
 
-def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):
-    """Under each of its names, explained."""
-    views = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
-    for view in (view for view in renderer.offers if view.name in views):
-        for name in (view.name, *view.aliases):
-            setter = getattr(renderer, f"set_shade_{name}")
-            assert setter() is renderer
-            assert renderer.active.name == view.name
-            assert renderer.use(name).active.name == view.name
-            assert setter.__doc__.startswith("Show ")
-
-
 @pytest.fixture(scope="module")
 def lit():
     return tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="studio"), width=16, height=12)
@@ -58,22 +43,6 @@ def test_a2_has_the_handouts_setters_and_modes(lit):
         assert lit.sample_mode[None] == mode
     with pytest.raises(tt.InputError, match="unknown estimator 'brfd'"):
         lit.use("brfd")
-
-
-def test_going_back_to_an_environment_compiles_nothing(lit):
-    def pictures():
-        for environment in environments:
-            lit.scene_data.set_environment(environment)
-            yield lit.use("brdf").render().image().tobytes()
-
-    environments = [tt.Environment(np.full((1, 2, 3), [[[k, 1, 2], [1, 1, k]]])) for k in (1, 5)]
-    before = lit.scene_data.environment
-    first = list(pictures())
-    began = time.perf_counter()
-    assert list(pictures()) == first
-    assert first[0] != first[1]
-    assert [kernel.name for kernel in compiling.kernels(since=began)] == []
-    lit.scene_data.set_environment(before)
 
 
 @ti.data_oriented
@@ -124,20 +93,6 @@ def test_raw_arrays_are_what_the_rays_of_the_pixels_hit(box, name):
     assert 0 < hits.is_hit.sum() < 24 * 16
     assert found.dtype == (np.int32 if name.endswith("_id") else np.float32)
     np.testing.assert_array_equal(found, expected.reshape(16, 24, *expected.shape[1:]))
-
-
-def test_an_exr_has_the_raw_arrays_of_its_crop_under_the_names_of_the_convention(box, tmp_path):
-    oiio = pytest.importorskip("OpenImageIO")
-    box.use("normal").save(tmp_path / "a.exr", aovs=AOVS)
-    file = oiio.ImageInput.open(str(tmp_path / "a.exr"))
-    names, pixels = list(file.spec().channelnames), file.read_image("float")
-    layers = ["Z", "P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "barycentric.u", "barycentric.v"]
-    layers += ["uv.u", "uv.v", "albedo.R", "albedo.G", "albedo.B"]
-    assert sorted(names) == sorted(["R", "G", "B", *layers, "triangle_id", "material_id"])
-    for aov in AOVS.values():
-        stored = np.squeeze(pixels[..., [names.index(channel) for channel in aov.channels]])
-        np.testing.assert_array_equal(stored, box.film.own_pixels(box.aov(aov.name)))
-    np.testing.assert_array_equal(tt.read_image(tmp_path / "a.exr"), box.film.own_pixels(box.image()))
 
 
 @pytest.mark.parametrize("size", [("32", 32), (32, None), (32.5, 32), (0, 3)])

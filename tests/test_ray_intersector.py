@@ -16,7 +16,6 @@ from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 
 COUNT = 4_000 if DEBUG else 100_000
-TESTS = ["watertight", "moller_trumbore"]
 MEMBERS = 20
 
 
@@ -179,24 +178,6 @@ def test_an_occlusion_of_ones_own_is_the_one_that_is_asked():
     assert not scene.occluded([0.5, 0.25, 1], [0, 0, -1])[0]
 
 
-def test_an_intersector_belongs_to_one_scene():
-    mine = OnlyTriangles()
-    assert mine.geometry is None
-    scene = tt.scene_from_mesh(*SQUARE, intersector=mine)
-    assert mine.geometry is scene.geometry
-    with pytest.raises(tt.InputError, match="this OnlyTriangles belongs to another scene"):
-        tt.scene_from_mesh(*SQUARE, intersector=mine)
-
-
-@pytest.mark.parametrize("test", TESTS)
-def test_direction_length_only_scales_t(test):
-    scene = tt.scene_from_mesh(*SQUARE, triangle_test=test)
-    for length in (1e-10, 1e-3, 1.0, 1e10):
-        hit = scene.intersect([0.3, 0.1, 2], [0, 0, -length])
-        assert hit.is_hit[0]
-        np.testing.assert_allclose(hit.distance[0] * length, 2, rtol=1e-6)
-
-
 def test_a_ray_in_the_plane_of_a_triangle_meets_nothing_there():
     scene = tt.scene_from_mesh(*SQUARE)
     assert not scene.intersect([-5, 0.1, 0], [1, 0, 0]).is_hit[0]
@@ -225,14 +206,3 @@ def test_a_march_from_hit_to_hit_ends(intersector, rng):
         assert (hits.distance > t)[np.isfinite(t)].all()
         t = hits.distance
     assert not hits.is_hit.any()
-
-
-def test_what_lies_behind_the_origin_is_never_a_hit(rng):
-    """From just above a large triangle, whose plane f32 cannot tell from the origin: no distance is negative."""
-    vertices, faces = soup(rng, 60, size=1e6)
-    scene = tt.scene_from_mesh(vertices, faces, intersector="brute_force")
-    corners = vertices.astype(np.float32).astype(np.float64)[faces[rng.integers(0, len(faces), COUNT // 5)]]
-    weights = rng.dirichlet((1, 1, 1), len(corners))
-    origins = (corners * weights[:, :, None]).sum(axis=1)
-    hits = scene.intersect(origins, rng.normal(size=origins.shape))
-    assert (hits.distance > 0).all()

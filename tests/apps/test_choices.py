@@ -5,7 +5,6 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
-from taichi_tracer.apps.same_again import as_command
 from taichi_tracer.renderer import A1Renderer, A2Renderer, A4Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
@@ -37,27 +36,6 @@ def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(choices):
     assert choices.renderer is first
     choices.use(A2Renderer, "brdf")
     assert choices.renderer is lit
-
-
-def test_another_environment_keeps_intensity_rotation_and_look_up():
-    own = tt.Environment(np.ones((2, 4, 3)), 2.0, 30.0, "bilinear", name="own")
-    choices = Choices(renderer_of(A2Renderer, environment=own))
-    assert choices.environments[0] == "own"
-    choices.set_environment("white")
-    changed = choices.scene.environment
-    assert (changed.intensity, changed.rotation, changed.lookup) == (2.0, 30.0, "bilinear")
-    choices.set_environment("own")
-    assert choices.scene.environment is own
-
-
-def test_a_ground_comes_and_goes(choices):
-    scene, number = choices.scene, choices.scene.geometry.n_primitives
-    choices.next_ground()
-    assert (choices.ground, choices.scene.geometry.n_primitives) == ("a large square", number + 2)
-    assert "--ground" in as_command(choices.renderer)
-    choices.next_ground()
-    assert (choices.ground, choices.scene) == ("nothing", scene)
-    assert "--ground" not in as_command(choices.renderer, ["--ground"])
 
 
 @pytest.fixture

@@ -15,12 +15,9 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import names, rescue
-from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
-from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
+from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.requests import SceneRequest
 from taichi_tracer.renderer import A1Renderer
-from taichi_tracer.system.registry import PARTS
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -46,10 +43,6 @@ def environment():
 def quickly(words):
     """``main``, with the options that compile soonest; later words win."""
     return main([words[0], *QUICK, *words[1:]] if words[:1] in (["render"], ["info"]) else words)
-
-
-def quick_scene(name):
-    return tt.load_scene_data(name, intersector=QUICK[1], triangle_test=QUICK[3])
 
 
 def pixels(path):
@@ -144,16 +137,6 @@ def read_until(text, terminal, seconds=60):
     return shown
 
 
-def test_the_camera_is_the_one_asked_for(tmp_path):
-    camera = {"eye": (-1.5, 0.5, -2e0), "at": (0.0, -0.25, 0.0), "up": (0.0, 0.0, 1.0), "fov": 45.0}
-    words = ["--eye", "-1.5", ".5", "-2e0", "--at", "0", "-.25", "0", "--up", "0", "0", "1", "--fov", "45"]
-    words += ["--handedness", "right", "--size", "32x20", "--view", "distance", "-o", str(tmp_path / "x.npy")]
-    assert quickly(["render", "cube", *words]) == 0
-    renderer = A1Renderer(quick_scene("cube"), width=32, height=20).use("distance")
-    renderer.camera.set_camera_parameters(**camera, handedness="right")
-    np.testing.assert_array_equal(np.load(tmp_path / "x.npy"), renderer.image())
-
-
 def test_white_of_the_distance_fits_the_scene_and_is_told_or_is_the_one_asked_for(tmp_path, capsys):
     path = tmp_path / "large.obj"
     path.write_text("v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n")
@@ -166,35 +149,6 @@ def test_white_of_the_distance_fits_the_scene_and_is_told_or_is_the_one_asked_fo
     assert quickly([*words, "--view", "distance", "--max-distance", str(2 * white)]) == 0
     np.testing.assert_allclose(np.load(tmp_path / "x.npy"), fitting / 2, rtol=1e-6)
     assert "note: distance" not in capsys.readouterr().err
-
-
-def test_without_output_pictures_go_to_renders(tmp_path, monkeypatch, instant):
-    monkeypatch.chdir(tmp_path)
-    assert quickly(["render", "cube", "--size", "8x8", "--view", "hit,normal"]) == 0
-    assert sorted(p.name for p in (tmp_path / "renders").iterdir()) == ["cube_hit.png", "cube_normal.png"]
-
-
-@pytest.fixture
-def register():
-    """Registers parts for the length of a test."""
-    added = []
-
-    def add(part):
-        added.append(PARTS.add(part))
-        return part
-
-    yield add
-    for part in added:
-        PARTS.remove(part)
-
-
-def test_a_new_view_needs_no_edit_here(tmp_path, register, instant):
-    normal = PARTS.find("integrator", "normal")
-    added = register(tt.View("a_new_view", "A New View", normal.function, aliases=("new",)))
-    assert "a_new_view" in names.help_text(["pictures"])
-    assert names.find_views("a_new_view") == names.find_views("new") == ((A1Renderer, added),)
-    assert quickly(["render", "cube", "--view", "new", "--size", "16x16", "-o", str(tmp_path)]) == 0
-    assert (tmp_path / "cube_a_new_view.png").exists()
 
 
 def test_ctrl_c_keeps_the_samples_done(tmp_path, monkeypatch, instant, capsys):
@@ -327,13 +281,6 @@ def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_pa
 # ── the grammar ──
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"), [("640x480", (640, 480)), ("64", (64, 64)), ("3X2", (3, 2)), ("5×4", (5, 4))]
-)
-def test_sizes(text, expected):
-    assert make_parser().parse_args(["render", "cube", "--size", text]).size == expected
-
-
 # ── info ──
 
 
@@ -367,33 +314,6 @@ def told_by(words, capsys, code=0):
 def test_one_checkpoint_is_of_one_picture(tmp_path, instant, capsys):
     words = ["render", "cube", "--view", "hit,normal", "--size", "8", "--checkpoint", tmp_path / "a", "-o", tmp_path]
     assert "one file for 2 pictures" in told_by(words, capsys, code=2).err
-
-
-def test_the_request_for_smooth_normals_can_be_repeated():
-    asked = ([], None), (["--smooth"], USUAL_CREASE), (["--smooth", "0"], 0.0), (["--smooth", "1"], 1.0)
-    for option, degrees in asked:
-        args = make_parser().parse_args(["view", "cube", *option])
-        request, _ = scene_and_pictures_of(args)
-        assert request.smooth == degrees
-        again, _ = scene_and_pictures_of(make_parser().parse_args(["view", "cube", *request.words()]))
-        assert again == request
-
-
-def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, monkeypatch):
-    """The last resort is a format without places for them: then the picture alone is saved."""
-    pytest.importorskip("OpenImageIO")
-    saved = []
-
-    def save(place, image, srgb, channels):
-        saved.append((place.suffix, channels))
-        if place.suffix == ".exr":
-            raise tt.InputError(f"{place}: no room")
-
-    monkeypatch.setattr(rescue, "save_image", save)
-    monkeypatch.setattr(rescue, "other_folders", lambda: iter([tmp_path]))
-    image, channels = np.ones((2, 2, 3)), {"Z": np.ones((2, 2))}
-    assert rescue.written_picture(tmp_path / "a.exr", image, channels, srgb=False) == tmp_path / "a.pfm"
-    assert saved == [(".exr", channels), (".exr", channels), (".pfm", None)]
 
 
 # ── exposure and tone ──

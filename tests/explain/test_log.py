@@ -6,7 +6,6 @@ import taichi as ti
 import taichi.math as tm
 from support import start
 
-from taichi_tracer.explain import log as module
 from taichi_tracer.explain.log import Log
 from taichi_tracer.ray import Ray
 from taichi_tracer.system.seams import in_kernels
@@ -51,11 +50,3 @@ def test_numbers_come_back_exact_and_in_order(noting):
     assert found[3][1]["pair[0]"] == 3
     assert found[3][1]["pair[1]"].tolist() == [2, 3]
     assert counts == {"often": 2}
-
-
-def test_a_full_log_says_so(noting):
-    noting.log.clear()
-    noting.run(module.CAPACITY // 8)
-    found, _ = noting.log.read()
-    assert noting.log.is_full[None] == 1
-    assert len(found) > 1000

@@ -22,8 +22,6 @@ from taichi_tracer.explain.terms import (
     RATIO,
     THROUGHPUT,
     WEIGHT,
-    L,
-    remainder,
     terms_of,
 )
 
@@ -32,7 +30,6 @@ UP, ONE, ZERO = np.array([0, 1.0, 0]), np.ones(3), np.zeros(3)
 SLANTED = np.array([0.6, 0.8, 0])
 CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
 SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}, "rt3/all_lights": {}}
-NAMES = ("brdf", "uniform", "hemisphere", "environment", "mis", "mis_balance", "mis_one_sample", *CLASSES)
 EVERY = [pytest.param("cube", "mis", marks=pytest.mark.slow), ("cornell_box", "path")]
 
 
@@ -92,16 +89,6 @@ def brdf_sample(light, survival=None):
     return [*steps, *([] if light is None else [Step("light that arrives", {"L_i": light * ONE})])]
 
 
-def lights_sample(is_blocked):
-    """The steps of a sample of the lights: f_r cos / pdf is 1/10, and the light is 2."""
-    return [
-        Step(OF_LIGHTS, {"w_i": UP, "pdf": 2.0, "L_i": 2 * ONE}),
-        Step("the BRDF's density", {"w_i": UP, "pdf": 0.5}),
-        Step("f_r cos", {"w_i": UP, "f_cos": 0.2 * ONE}),
-        Step("shadow ray", {"w_i": UP, "is_blocked": float(is_blocked)}),
-    ]
-
-
 EMITTED = Step("emitted", {"L_e": 0.5 * ONE})
 
 
@@ -116,27 +103,10 @@ def test_the_throughput_is_passed_on_with_the_roulette_in_it():
     assert WEIGHT not in second.factors
 
 
-def test_weights_stand_apart_and_what_is_blocked_is_told():
-    (_, blocked) = terms_of([EMITTED, surface(), *lights_sample(True)], lambda pdf, other: pdf / (pdf + other))
-    assert (blocked.value.tolist(), blocked.why) == ([0] * 3, "something blocks the light")
-    (_, free) = terms_of([EMITTED, surface(), *lights_sample(False)], lambda pdf, other: pdf / (pdf + other))
-    assert free.factors[WEIGHT] == 0.8
-    assert free.factors[RATIO].tolist() == [0.1] * 3
-    assert free.factors[L].tolist() == [2] * 3
-    assert np.allclose(free.value, 0.16)
-
-
 def test_why_a_path_ends_is_told():
     ended = terms_of([EMITTED, surface(), *brdf_sample(None, survival=0.5)], lambda pdf, other: None)
     assert ended[1].why == "Russian roulette ends the path"
     assert terms_of([EMITTED, surface(), *brdf_sample(None)], lambda pdf, other: None)[1].why == NO_RAY
-
-
-def test_what_the_terms_do_not_explain_is_told():
-    terms = terms_of([EMITTED], lambda pdf, other: None)
-    assert remainder(0.5 * ONE * (1 + 1e-7), terms).tolist() == [0] * 3
-    assert np.allclose(remainder(ONE, terms), 0.5)
-    assert terms_of([surface()], lambda pdf, other: None) == []
 
 
 def test_bounces_that_do_not_count_have_the_factor_0():

@@ -8,16 +8,12 @@ import taichi as ti
 import taichi.math as tm
 from oracles import light as oracle
 from probe import put, vec3
-from scipy import stats
 from support import start
 
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.lights.environment_light import EnvironmentLight, mean_of_bilinear, sampling_tables
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system import runtime
-
-NAMES = list(shipped_environments())
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -68,14 +64,6 @@ def samples_of(light, count=1_000_000):
 
 def random_image(rng, h=16, w=32):
     return rng.lognormal(sigma=2, size=(h, w, 3)).astype(np.float32)
-
-
-def made(name, lookup):
-    if name != "black rows":
-        return load_environment(name, lookup=lookup)
-    image = np.ones((16, 32, 3))
-    image[3:12] = 0
-    return Environment(image, lookup=lookup)
 
 
 def cell_probability(light, fine=12):
@@ -138,19 +126,6 @@ def _find(light: ti.template(), row: int, xi: ti.types.ndarray(), found: ti.type
         else:
             index, _ = light.find_column(row, xi[i])
         found[i] = index
-
-
-def test_one_bright_pixel_takes_all_samples_evenly():
-    """A sun of 10⁶ in an otherwise black sky: uniform in azimuth and in y over its texel; p > 1e-4."""
-    image = np.zeros((32, 64, 3))
-    image[9, 63] = 1e6
-    w, radiance, pdf, _ = samples_of(light_of(Environment(image)), 200_000)
-    y_top, y_bottom = np.cos(np.pi * np.array([9, 10]) / 32)
-    u = np.arctan2(w[:, 2], w[:, 0]) / (2 * np.pi) + 0.5
-    assert stats.kstest((w[:, 1] - y_bottom) / (y_top - y_bottom), "uniform").pvalue > 1e-4
-    assert stats.kstest(u * 64 - 63, "uniform").pvalue > 1e-4
-    np.testing.assert_allclose(pdf, 64 / (2 * np.pi * (y_top - y_bottom)), rtol=1e-6)
-    assert (radiance == 1e6).all(axis=1).mean() > 0.99
 
 
 def test_the_density_integrates_to_one(precision, rng):
@@ -229,17 +204,6 @@ def test_with_z_up_the_zenith_is_above(rng):
     np.testing.assert_array_equal(drawn[1][:, 3:], drawn[0][:, 3:])
 
 
-def test_a_query_of_ones_own_is_what_a_ray_sees():
-    @ti.data_oriented
-    class Striped(Environment):
-        @ti.func
-        def query_ray(self, ray):
-            return tm.vec3(ray.origin.x, ray.direction.y, 7)
-
-    _, seen, _ = asked(light_of(Striped(np.ones((2, 4, 3)))), [[0.6, 0.8, 0]])
-    np.testing.assert_allclose(seen, [[1, 0.8, 7]], rtol=1e-6)
-
-
 # ── the tables ──
 
 
@@ -271,15 +235,6 @@ def test_compensated_tables_are_those_of_the_light_above_its_mean(rng):
     assert ((density > 0) == (power > 0)).all()
     assert (power == 0).sum() > 8
     assert (columns[:, -1] == 1).all()
-
-
-@pytest.mark.parametrize("lookup", ["nearest", "bilinear"])
-@pytest.mark.parametrize("spread", [0, 1e-6])
-def test_an_even_environment_has_nothing_to_compensate(rng, lookup, spread):
-    """What rounding leaves above the mean is not what samples of the light should go to."""
-    image = 0.3 * (1 + spread * random_image(rng, 4, 8).astype(np.float64))
-    usual, compensated = (sampling_tables(image, lookup, np.float32, how)[2] for how in (False, True))
-    np.testing.assert_array_equal(compensated, usual)
 
 
 def test_a_colour_without_luminance_is_sampled():

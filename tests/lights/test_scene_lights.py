@@ -131,14 +131,6 @@ def test_far_lights_add_up_and_share_the_samples():
     )
 
 
-def test_one_far_light_is_asked_without_a_choice():
-    scene = lit_square(lights=[Half((1, 2, 3))])
-    out = far_samples(scene, 1_000)
-    np.testing.assert_allclose(out[:, 3:5], 1 / (4 * np.pi), rtol=1e-6)
-    expected = oracle.lookup(np.zeros((1, 1, 3)), out[:, :3]) + np.where(out[:, 1:2] > 0, [1.0, 2, 3], 0)
-    np.testing.assert_array_equal(out[:, 5:], expected)
-
-
 # ── what hides a light ──
 
 
@@ -163,13 +155,6 @@ def test_a_light_is_hidden_by_what_is_in_the_way():
     scene = tt.SceneData(mesh, environment=np.full((1, 1, 3), 2.0))
     directions = oracle.to_unit(np.array([[0, 0, 1], [0.1, 0, 1], [-0.5, 0, 1], [0, 0.3, -1.0]]))
     assert visible(scene, directions)[:, 0].tolist() == [0, 0, 2, 0]  # roof, roof, sky, below the surface
-
-
-def test_nothing_is_asked_where_the_factor_is_0():
-    """Not even the light: a factor of 0 is a direction that reflects nothing."""
-    scene = lit_square(environment=np.full((1, 1, 3), 2.0))
-    assert visible(scene, [[0, 0, 1]], factor=0.0).tolist() == [[0, 0, 0]]
-    assert visible(scene, [[0, 0, 1]], factor=1e-30).tolist() == [[2, 2, 2]]
 
 
 # ── the last ray of a path ──
@@ -232,12 +217,6 @@ def test_light_from_far_away_may_always_be_found_and_a_point_light_never():
 
 
 # ── lights that are sampled one by one, in pictures ──
-
-
-def centre(scene, estimator="uniform", spp=1, **options):
-    """The picture of the square's middle, 8 × 8 pixels."""
-    renderer = A2Renderer(scene, 8, 8, jitter=False, **options).use(estimator)
-    return renderer.render(spp).image().astype(float)
 
 
 @pytest.mark.parametrize("estimator", ["mis"])

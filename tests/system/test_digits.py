@@ -5,11 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from taichi_tracer.apps.info import show as show_in_info
-from taichi_tracer.formulas.camera_frame import show
 from taichi_tracer.ray_hits import RayHits
 from taichi_tracer.studies import effects
-from taichi_tracer.system.digits import digits, digits_of
+from taichi_tracer.system.digits import digits
 
 
 @pytest.mark.parametrize(
@@ -35,12 +33,6 @@ from taichi_tracer.system.digits import digits, digits_of
 )
 def test_zero_has_no_sign_and_the_rest_is_as_python_writes_it(value, spec, text):
     assert digits(value, spec) == text
-
-
-def test_vectors_stand_in_brackets():
-    assert digits_of((-0.0, 1.5, -2), "g") == "(0, 1.5, -2)"
-    assert show(np.array([-0.0, 0, -1])) == "(0, 0, -1)"
-    assert show_in_info((-0.0, 0.25, 1)) == "(0, 0.25, 1)"
 
 
 def test_no_table_shows_minus_zero():

@@ -2,12 +2,11 @@
 
 import contextlib
 import gc
-import weakref
 
 import numpy as np
 import pytest
 import taichi as ti
-from support import needs_arrays, start, without_arrays
+from support import start, without_arrays
 
 import taichi_tracer as tt
 from taichi_tracer.system import arrays, memory
@@ -55,18 +54,6 @@ def double(field: ti.template()):
         field[i] *= 2
 
 
-def test_fields_are_usable_until_they_are_freed(each_kind):
-    owner, field = numbers()
-    field[3] = 7
-    assert field[3] == 7
-    owner.check("thing")
-    owner.free()
-    assert owner.is_over()
-    with pytest.raises(tt.StaleSceneError, match="this thing was destroyed"):
-        owner.check("thing")
-    owner.free()  # once more does nothing
-
-
 def test_fields_without_an_owner_are_freed_when_others_are_made(taichis, monkeypatch):
     """Taichi has room for 512 groups of fields: six hundred owners, one after the other, are none too many."""
     freed = []
@@ -105,27 +92,3 @@ def test_what_is_written_is_read_by_python_and_by_kernels(each_kind):
     found = owner.read(field)
     found[:] = 0  # it is a copy
     assert field[3] == 6
-
-
-def memory_of(field):
-    """A weak reference to the memory that a field and all views of it share."""
-    array = field.numbers()
-    while array.base is not None:
-        array = array.base
-    return weakref.ref(array)
-
-
-@pytest.mark.parametrize("is_used", [False, True])
-def test_memory_that_nobody_has_is_freed_at_once(is_used):
-    """Also if Python used it; nothing of it waits."""
-    needs_arrays()
-    waiting = len(memory._orphans)
-    owner, field = numbers()
-    if is_used:
-        field[1] = field[0]
-    found = memory_of(field)
-    assert found() is not None
-    del owner, field
-    gc.collect()
-    assert found() is None
-    assert len(memory._orphans) == waiting

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from desktop import TIME_OUT, Desktop, opened, poll
-
 from taichi_tracer.apps.screen import SHARE_OF_SCREEN, Layout
+
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.teaching import catalogue, checkerboard
 from taichi_tracer.teaching.handing_out import write_folder

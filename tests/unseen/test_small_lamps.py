@@ -4,14 +4,12 @@ import math
 
 import numpy as np
 import pytest
-import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.unseen.rare_light import KNOWN, RareLight, missed, rows_of
+from taichi_tracer.unseen.rare_light import KNOWN, RareLight
 from taichi_tracer.unseen.small_lamps import small_lamps
 
 SIZE = 24
@@ -96,13 +94,6 @@ def test_what_is_not_seen_or_large_adds_nothing(lamp, before):
     assert lamps.missed(1) == 0
 
 
-def test_the_back_of_a_lamp_with_two_sides_and_a_crop():
-    both = scene((AT, HALF, -1.0), two_sided_lamps=True)
-    assert found(both).pixel.size > 0
-    assert found(both, crop=(0, 4, 0, 4)).pixel.size == 0
-    assert found(both, crop=(8, 20, 8, 20)).pixels == 144
-
-
 def test_samples_know_of_many_small_lamps():
     """100 lamps that a sample meets with 1 % each: 16 samples meet one of them 16 times."""
     many = RareLight(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 576, 1 / 4)
@@ -110,39 +101,3 @@ def test_samples_know_of_many_small_lamps():
     assert many.missed(8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
     rare = RareLight(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]), 4)
     assert rare.missed(1) == pytest.approx(7 / 2)
-
-
-def test_kinds_of_light_are_counted_by_themselves():
-    """A thousand caustics that are as rare as one lamp say nothing of the lamp."""
-    lamp = RareLight(np.array([0]), np.array([1e-3]), np.array([2.0]), 4)
-    caustics = RareLight(np.arange(1000) % 4, np.full(1000, 1e-3), np.full(1000, 7.0), 4)
-    assert missed(rows_of([(1.0, lamp), (1.0, caustics)]), 16, 4) == pytest.approx(1)
-    assert missed(rows_of([(3.0, lamp)]), 16, 4) == pytest.approx(3)
-    assert missed(rows_of([]), 16, 4) == 0
-
-
-@ti.data_oriented
-class Mirrored(tt.Camera):
-    """A camera whose pixels count from the right."""
-
-    @ti.func
-    def ray_through(self, ndc):
-        to_world = self.camera_to_world[None]
-        direction = (to_world @ self.generate_camera_coords(tm.vec2(-ndc.x, ndc.y))).xyz
-        return tt.Ray(origin=tm.vec3(to_world[0, 3], to_world[1, 3], to_world[2, 3]), direction=direction.normalized())
-
-
-def test_a_camera_with_pixels_of_its_own_order_adds_nothing():
-    made = scene((AT, HALF))
-    assert small_lamps(made, Mirrored(SIZE, SIZE, **VIEW), (0, SIZE, 0, SIZE), made.intersect).pixel.size == 0
-
-
-def test_a_pixel_that_takes_fewer_samples_meets_less():
-    """Adaptive sampling gives a pixel an eighth of the samples, because its pilot has seen nothing in it."""
-    rows = rows_of([(1.0, RareLight(np.array([5]), np.array([0.2]), np.array([3.0]), 16))])
-    samples = 1.01 * KNOWN / 0.2
-    assert missed(rows, samples, 16) == 0
-    shares = np.ones(16)
-    shares[5] = 1 / 8
-    assert missed(rows, samples, 16, shares) == pytest.approx(3 / 4)
-    assert missed(rows, 8 * samples, 16, shares) == 0

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from taichi_tracer.unseen.near_misses import EYE, KINDS, LOBE, MIRROR, NearMisses
-from taichi_tracer.unseen.unseen_light import KNOWN, SAFETY, UnseenLight, unseen_light
+from taichi_tracer.unseen.unseen_light import SAFETY, UnseenLight, unseen_light
 
 SHAPE = (4, 5)
 
@@ -44,29 +43,6 @@ def test_lobes_have_it_in_as_many_pixels_as_look_near():
     one[1, 2] = 20  # all in one pixel: as with a mirror, but for the pairs, 20² / (20 · 19)
     both = unseen_light(counted(LOBE, 20, 0, one), 16, 2.0), unseen_light(counted(MIRROR, 20, 0), 16, 2.0)
     assert both[0] == pytest.approx(both[1] * math.sqrt(19 / 20))
-
-
-@pytest.mark.parametrize("met", range(KNOWN))
-def test_no_more_is_missing_than_chance_could_hide_and_nothing_where_directions_are_not_even(met):
-    """If M + K look-ups are expected, K or fewer meet the sun with a probability of 5 %."""
-    upper = stats.chi2.ppf([0.95, 0.999], 2 * met + 2) / 2
-    expected = SAFETY * (upper[0] - met) * 37.5 / math.sqrt(20)
-    for near in (100 * upper[0], 100 * upper[1] - 10):
-        assert unseen_light(counted(MIRROR, int(near), met), 16, 1.0) == pytest.approx(expected, rel=2e-3)
-    assert unseen_light(counted(MIRROR, int(100 * upper[1]) + 10, met), 16, 1.0) == 0  # a flat mirror beside the sun
-
-
-def test_levels_and_kinds_add_as_squares():
-    several = NearMisses(
-        np.array([[1000.0, 0.01], [10.0, 0.1]]), np.full((2, 3), 5), np.zeros((2, 3), int), np.ones(SHAPE)
-    )
-    alone = []
-    for level in range(2):
-        for kind in range(3):
-            near = np.zeros((2, 3))
-            near[level, kind] = 5
-            alone.append(unseen_light(NearMisses(several.levels, near, several.met, several.per_pixel), 4, 1.0))
-    assert unseen_light(several, 4, 1.0) == pytest.approx(math.hypot(*alone))
 
 
 def test_what_was_counted_is_merged_and_kept():
