@@ -26,6 +26,7 @@ def trial_materials(brdf):
     """Materials for a BRDF: the usual keys of MTL files, and its own parameters."""
     yield from (Material(Kd=(0.8, 0.5, 0.2), Ns=ns) for ns in (0.0, 1.5, 10.0, 100.0, 1e4, 1e21))
     yield Material(Kd=(1.0, 1.0, 1.0), Ns=1.0)
+    yield Material(alpha_x=1e-9, alpha_y=1e-9, F0=(0.9, 0.6, 0.3))
     for alpha_x, alpha_y in ((0.5, 0.5), (0.1, 0.4)):
         yield Material(Kd=(0.3, 0.3, 0.3), Ks=(0.5, 0.5, 0.5), alpha_x=alpha_x, alpha_y=alpha_y, F0=(0.9, 0.6, 0.3))
         layer = {"alpha_x": alpha_x, "alpha_y": alpha_y, "extra": {LAYERED: (1.0,)}}
