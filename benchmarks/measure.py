@@ -18,6 +18,20 @@ VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2"}  # of the processor, on which r
 REST = 0.05  # seconds before each call, because threads of some libraries stay busy for a while after their work
 
 
+IDLE = 3, 4  # fields of the line "cpu" of /proc/stat: idle, and waiting for a disk
+BUSY_FIELDS = 8  # further fields count the time of guests again
+
+
+def busy_seconds() -> float | None:
+    """Processor seconds that all programs have used since the machine was started; None where only Linux would know."""
+    try:
+        with open("/proc/stat", encoding="utf-8") as file:
+            fields = [int(word) for word in file.readline().split()[1 : 1 + BUSY_FIELDS]]
+    except (OSError, ValueError):
+        return None
+    return (sum(fields) - sum(fields[i] for i in IDLE)) / os.sysconf("SC_CLK_TCK")
+
+
 def interleaved(candidates: dict[str, Callable[[], object]], runs: int = RUNS) -> dict[str, float]:
     """Name → median time of a call in seconds. The candidates take turns, after two calls that compile and warm up."""
     for call in candidates.values():
@@ -65,7 +79,7 @@ def describe_machine() -> str:
 
 def note_others() -> None:
     """At the end of this process, print how busy other programs kept the processors: before, during and after it."""
-    if processors.busy_seconds() is not None:
+    if busy_seconds() is not None:
         before, since = busy_share_of_others(LOOK), moment()
 
         def tell() -> None:
@@ -93,7 +107,7 @@ def moment() -> tuple[float, float, float]:
     """(seconds of the clock, of all processors, of this process and the processes that it has started and awaited)."""
     times = os.times()
     own = times.user + times.system + times.children_user + times.children_system
-    return time.perf_counter(), processors.busy_seconds() or 0.0, own
+    return time.perf_counter(), busy_seconds() or 0.0, own
 
 
 def _version(name: str) -> str:

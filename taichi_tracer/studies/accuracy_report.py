@@ -47,8 +47,11 @@ def headline(study: Study) -> list[str]:
     """Which variant is best, and by how much; a claim only where the intervals do not overlap."""
     known = sorted((c for c in study.main if c.error.value > 0), key=lambda c: c.error.value)
     seconds = f"after {in_seconds(study.equal_seconds)} of rendering"
-    if not known:
-        return [f"All variants are better than {percent(study.truth.least_error)} {seconds}: give a larger --size."]
+    below = [c.label for c in study.main if c not in known]
+    if below:
+        is_or_are = "have errors" if len(below) > 1 else "has an error"
+        found = [f"{' and '.join(below)} {is_or_are} below {percent(study.truth.least_error)} {seconds}."]
+        return [*found, *(f"{c.label} has {percent(c.error.value)} then." for c in known[-1:])]
     best, *others = known
     alike = [c for c in others if not best.error.is_below(c.error)]
     if len(known) == 1:

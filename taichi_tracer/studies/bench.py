@@ -1,7 +1,9 @@
 """Renders the variants of a study: in a process of its own, or in that of the caller if the scene is the caller's."""
 
+import signal
 import time
-from concurrent.futures import Future
+from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing import active_children, get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +17,6 @@ from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, renderer_of
 from taichi_tracer.system import compiling, registry
-from taichi_tracer.system.processes import WorkerProcess, serve
 
 
 class Shot(NamedTuple):
@@ -96,36 +97,53 @@ class Bench:
         return self.renderers[variant.renderer]
 
 
-class BenchProcess(WorkerProcess):
+_bench: Bench | None = None  # of this process
+
+
+def begin() -> None:
+    """What a ``BenchProcess`` does first: Ctrl-C is for its parent, which then writes what is done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def answer(method: str, words: tuple[Any, ...]) -> Any:
+    """Call a method of the bench of this process; "open" makes the bench."""
+    global _bench
+    if method == "open":
+        _bench = Bench(*words)
+        return None
+    return getattr(_bench, method)(*words)
+
+
+class BenchProcess:
     """A ``Bench`` in a process of its own."""
 
-    program = "from taichi_tracer.studies.bench import work; work()"
-    task = "the study"
+    def __init__(self) -> None:
+        self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin)
 
+    def ask(self, method: str, *words: Any) -> Future:
+        """Call a method of the bench, after those that were asked for before; "open" makes the bench."""
+        return self.pool.submit(answer, method, words)
 
-def work() -> None:
-    """What the process of a ``BenchProcess`` does until its input ends."""
-    serve(Bench)
+    def close(self) -> None:
+        """End the process; a kernel that it compiles now is lost."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for child in active_children():
+            child.terminate()
 
 
 class BenchHere:
     """A ``Bench`` in this process, for scenes and parts of the caller that no other process has."""
 
-    bench: Any = None
-
     def ask(self, method: str, *words: Any) -> Future:
-        """Call a method of the bench now; "open" makes the bench."""
+        """Call a method of the bench now."""
         future: Future = Future()
         try:
-            if method == "open":
-                self.bench, result = Bench(*words), None
-            else:
-                result = getattr(self.bench, method)(*words)
-            future.set_result(result)
+            future.set_result(answer(method, words))
         except Exception as error:
             future.set_exception(error)
         return future
 
     def close(self) -> None:
         """Forget the scenes."""
-        self.bench = None
+        global _bench
+        _bench = None

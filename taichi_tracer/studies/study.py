@@ -18,6 +18,7 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -340,7 +341,6 @@ class Measurement:
         self.key_pressed = time.perf_counter() if started is None else started
         self.begun = math.inf
         self.benches: dict[tuple, BenchProcess | BenchHere] = {}
-        self.others = processors.Others()
 
     def run(self) -> Study:
         """Measure.
@@ -364,8 +364,6 @@ class Measurement:
                 raise InputError("accuracy: interrupted before the first picture was measured")
             for curve in study.curves:
                 self.judge(study, curve)
-            if told := self.others.told():
-                study.notes.append(told)
             return study
         finally:
             for bench in self.benches.values():
@@ -383,11 +381,10 @@ class Measurement:
             if self.should_stop():
                 raise StoppedError
             if wait([future], timeout=POLL).done:
-                return future.result()
-
-    def look(self) -> None:
-        """Look at what other programs take of this machine."""
-        self.others.look([bench.pid for bench in self.benches.values() if isinstance(bench, BenchProcess)])
+                try:
+                    return future.result()
+                except BrokenProcessPool:
+                    raise InputError(f"accuracy: a process of the study ended: {what}") from None
 
     # ── starting and compiling ──
 
@@ -395,7 +392,7 @@ class Measurement:
         """Start a process for each way in which Taichi runs; the first one reads the scene."""
         for variant in self.variants:
             if variant.process not in self.benches:
-                bench = BenchHere() if self.source.here else BenchProcess(is_heard=not self.benches)
+                bench = BenchHere() if self.source.here else BenchProcess()
                 self.benches[variant.process] = bench
         first, base = self.benches[self.variants[0].process], self.variants[0]
         try:
@@ -495,7 +492,6 @@ class Measurement:
         Args:
             seconds: of rendering. whole: that of a full round, whose levels are those of every round.
         """
-        self.look()
         least = self.first_level(curve)
         levels = {max(least, round(whole / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
         most = max(least, seconds / curve.seconds_per_sample + 1)
