@@ -6,7 +6,6 @@ is described as far as numbers show it, see ``descriptions``.
 """
 
 import ast
-import hashlib
 import math
 import tempfile
 import time
@@ -101,8 +100,7 @@ def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) 
 def with_mistake(assignment: Assignment, part: Part, mistake: Mistake) -> Loaded:
     """The classes of one file of the solution, with a mistake in it. Taichi reads it from a temporary file."""
     file, text = assignment.classes[part.replaces], changed_source(assignment, part, mistake)
-    folder = Path(work_folder().name) / hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
-    folder.mkdir(exist_ok=True)
+    folder = Path(tempfile.mkdtemp(dir=work_folder().name))
     (folder / file).write_text(text, encoding="utf-8")
     return load_classes(folder, [file], solution_of(assignment))
 
