@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taichi_tracer.apps import agreement
-from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import CameraRequest, up_axis_of
-from taichi_tracer.apps.rescue import written_bytes
+from taichi_tracer.apps.running import Interruption, written_bytes
 from taichi_tracer.apps.words import given, request_from
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene

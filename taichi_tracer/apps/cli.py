@@ -16,10 +16,9 @@ from collections.abc import Sequence
 import taichi_tracer
 from taichi_tracer.apps import commands
 from taichi_tracer.apps.grammar import Parser, add_command, load, load_parts
-from taichi_tracer.apps.interruption import EXIT_CODE
-from taichi_tracer.apps.waiting import CompilingLine
+from taichi_tracer.apps.running import EXIT_CODE, CompilingLine
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
-from taichi_tracer.system import compiling, leftovers
+from taichi_tracer.system import compiling, new_folders
 from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
 
 RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
@@ -49,11 +48,11 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        leftovers.remove()
+        new_folders.remove_empty()
         print("taichi-tracer: interrupted", file=sys.stderr)
         return EXIT_CODE + signal.SIGINT
     except Exception as error:
-        leftovers.remove()
+        new_folders.remove_empty()
         if isinstance(error, CannotCompileError) and importlib.import_module(RUNTIME).go_on_with_the_cpu(error.args[0]):
             return main(argv)
         text = text_of(error, parts)

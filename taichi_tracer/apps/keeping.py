@@ -7,8 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from taichi_tracer.apps.interruption import Interruption
-from taichi_tracer.apps.rescue import written
+from taichi_tracer.apps.running import Interruption, written
 from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.picture.progress import Progress, Target, two_digits

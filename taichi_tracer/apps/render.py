@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.apps.contact_sheet import contact_sheet
-from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.keeping import Keeper, add_samples
 from taichi_tracer.apps.render_request import RenderRequest, note_linear, paths_of, render_of
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest
-from taichi_tracer.apps.rescue import written_bytes, written_picture
+from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.files.disk import check_place
-from taichi_tracer.files.images import EIGHT_BITS, encode_png
+from taichi_tracer.files.images import EIGHT_BITS, encode_png, save_image
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.error_estimate import percent
@@ -199,7 +198,8 @@ def make_picture(
         with stage(stopwatch.WRITE, waits=True):
             changed = request.changed(renderer)
             image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
-            place = written_picture(path, image, channels, **encoding_of(renderer, picture))
+            encoding = encoding_of(renderer, picture)
+            place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
         told = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
         print(f"{place}: {told} ({times})", flush=True)
@@ -218,7 +218,8 @@ def make_picture(
 
 def write_so_far(renderer: ProgressiveRenderer, picture: PictureRequest, path: Path) -> None:
     """Write what there is of a picture, before a time in which no signal is seen."""
-    written_picture(path, renderer.film.own_pixels(renderer.image()), {}, **encoding_of(renderer, picture))
+    image, encoding = renderer.film.own_pixels(renderer.image()), encoding_of(renderer, picture)
+    written(path, lambda one: save_image(one, image, **encoding))
 
 
 def encoding_of(renderer: ProgressiveRenderer, picture: PictureRequest) -> dict[str, Any]:

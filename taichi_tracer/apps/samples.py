@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from taichi_tracer.apps.rescue import written_bytes
+from taichi_tracer.apps.running import written_bytes
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.shipped import shipped_environments

@@ -8,19 +8,20 @@ import math
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.keeping import Keeper, add_samples
 from taichi_tracer.apps.render import Clock, describe, encoding_of
 from taichi_tracer.apps.requests import PictureRequest, scene_and_pictures_of
-from taichi_tracer.apps.rescue import written, written_bytes, written_picture
+from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.files.images import save_image
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -57,7 +58,8 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
                 break
             if is_folder(output):
                 place = output / f"frame_{k:0{len(str(args.frames - 1))}d}.png"
-                places.append(written_picture(place, image, **encoding_of(renderer, picture)))
+                encoding = encoding_of(renderer, picture)
+                places.append(written(place, partial(save_image, image=image, **encoding)))
             else:
                 frames.append(shown(renderer, picture, image))
             print(f"frame {k + 1} of {args.frames}: {describe(renderer, image)}", flush=True)

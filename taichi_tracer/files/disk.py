@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from taichi_tracer.system import leftovers
+from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 KINDS = ((stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"))
@@ -70,7 +70,6 @@ def replace_file(path: str | Path, content: bytes) -> None:
     path = Path(path)
     try:
         handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        leftovers.unfinished.add(part)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(content)
@@ -80,16 +79,14 @@ def replace_file(path: str | Path, content: bytes) -> None:
             os.replace(part, path)
         finally:
             Path(part).unlink(missing_ok=True)
-            leftovers.unfinished.discard(part)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def make_folder(folder: str | Path, why: str) -> None:
     """Make a folder and its parents. If this fails, raise an InputError that begins with ``why``."""
-    new = [str(path.resolve()) for path in (Path(folder), *Path(folder).parents) if not path.exists()]
+    new_folders.made.extend(path for path in (*reversed(Path(folder).parents), Path(folder)) if not path.exists())
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None
-    leftovers.folders.extend(reversed(new))

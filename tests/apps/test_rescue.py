@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from taichi_tracer.apps import rescue
 from taichi_tracer.apps.cli import main
 from taichi_tracer.files import disk
 
@@ -15,8 +14,8 @@ WORDS = ["render", "cube", "--intersector", "brute_force", "--triangle-test", "m
 
 @pytest.fixture
 def full(tmp_path, monkeypatch):
-    """A folder whose disk is full; temporary files, and those at home, have a disk of their own."""
-    folders = {name: tmp_path / name for name in ("full", "temporary", "home")}
+    """A folder whose disk is full; temporary files have a disk of their own."""
+    folders = {name: tmp_path / name for name in ("full", "temporary")}
     for folder in folders.values():
         folder.mkdir()
     make = tempfile.mkstemp
@@ -28,7 +27,6 @@ def full(tmp_path, monkeypatch):
 
     monkeypatch.setattr(disk.tempfile, "mkstemp", mkstemp)
     monkeypatch.setattr(disk.tempfile, "gettempdir", lambda: str(folders["temporary"]))
-    monkeypatch.setattr(rescue.Path, "home", lambda: folders["home"])
     return folders["full"]
 
 

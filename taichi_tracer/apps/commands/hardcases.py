@@ -28,7 +28,7 @@ def run(args: Namespace) -> int:
 
     from tqdm import tqdm
 
-    from taichi_tracer.apps.rescue import written_bytes
+    from taichi_tracer.apps.running import written_bytes
     from taichi_tracer.files.disk import check_place, make_folder
     from taichi_tracer.studies import hard_cases
     from taichi_tracer.studies.hard import report

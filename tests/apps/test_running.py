@@ -1,14 +1,12 @@
-"""Signals: at once where nothing is lost, after the picture is kept elsewhere, and nothing half done is left behind."""
+"""Signals: at once where nothing is lost, after the picture is kept elsewhere."""
 
 import signal
 import sys
 
 import pytest
 
-from taichi_tracer.apps import interruption
-from taichi_tracer.apps.interruption import SIGNALS, Interruption, WhileCompiling
-from taichi_tracer.files.disk import make_folder
-from taichi_tracer.system import leftovers
+from taichi_tracer.apps import running
+from taichi_tracer.apps.running import SIGNALS, Interruption, WhileCompiling
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are sent by kill")
 
@@ -27,18 +25,9 @@ def heard():
 def left(monkeypatch):
     """The signals by which the process would have ended."""
     numbers = []
-    monkeypatch.setattr(interruption, "leave", numbers.append)
+    monkeypatch.setattr(running, "leave", numbers.append)
     monkeypatch.setattr(signal, "getsignal", lambda number: signal.SIG_DFL)  # which may be ignored, as in CI
     return numbers
-
-
-def test_folders_that_were_there_or_hold_something_stay(tmp_path):
-    (tmp_path / "old").mkdir()
-    for name in ("old", "old/full", "old/empty"):
-        make_folder(tmp_path / name, "test")
-    (tmp_path / "old" / "full" / "a").touch()
-    leftovers.remove()
-    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "full", "old"]
 
 
 class Slow:

@@ -1,4 +1,6 @@
-"""How Ctrl-C, and SIGTERM of the system, end the program: at once if nothing is lost, else after the picture is kept.
+"""What commands share while they run: Ctrl-C and SIGTERM, a line while a kernel compiles, and files on a full disk.
+
+A signal ends the program at once if nothing is lost, else after the picture is kept.
 
 Nothing here imports anything large: this is what the program does first.
 """
@@ -7,16 +9,21 @@ import contextlib
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from taichi_tracer.system import compiling, leftovers
+from taichi_tracer.system import compiling, new_folders
+from taichi_tracer.system.errors import InputError
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 EXIT_CODE = 128  # and the number of the signal: the exit code of a program that a signal ended
 SHORT = 0.1  # seconds of reading: the translation of such a kernel takes less than a second
+LONG_READING = 0.15  # seconds: if a kernel took longer to read, its translation may take more than a second
+CLEAR = "\r\033[K"  # goes back, and forgets the line
 SAME = 1.0  # seconds: a signal that comes so soon after another one asks for nothing new
 
 
@@ -40,13 +47,12 @@ class WhileCompiling:
 
     def __init__(self) -> None:
         self._former: dict[int, Any] = {}
-        self._folders: list[str] = []
         self._is_keeping = False
 
     def begins(self, kernel: compiling.Kernel) -> None:
         """Leave the signals to the system, unless that takes no time: a kernel that is read at once is small."""
         is_main = threading.current_thread() is threading.main_thread()
-        if not is_main or kernel.reading < SHORT or leftovers.unfinished or self._is_keeping:
+        if not is_main or kernel.reading < SHORT or self._is_keeping:
             return
         handlers = {number: signal.getsignal(number) for number in SIGNALS}
         owners = {getattr(handler, "__self__", None) for handler in handlers.values()}
@@ -58,13 +64,9 @@ class WhileCompiling:
         for number, handler in handlers.items():
             if handler is leave or getattr(handler, "__self__", None) in let_go:
                 self._former[number] = signal.signal(number, signal.SIG_DFL)
-        if self._former:
-            self._folders = leftovers.put_away()
 
     def ends(self) -> None:
         """Take them back."""
-        leftovers.put_back(self._folders)
-        self._folders = []
         while self._former:
             signal.signal(*self._former.popitem())
 
@@ -76,10 +78,10 @@ def ignore() -> None:
 
 
 def leave(number: int, _frame=None) -> None:
-    """End the process, with a line on stderr and without incomplete files."""
+    """End the process, with a line on stderr."""
     with contextlib.suppress(Exception):  # stdout may be the one that is being written to
         sys.stdout.flush()
-    leftovers.remove()
+    new_folders.remove_empty()
     os.write(2, f"taichi-tracer: {SIGNALS[number]}\n".encode())
     os._exit(EXIT_CODE + number)
 
@@ -148,3 +150,50 @@ class Interruption:
     def exit_code(self) -> int:
         """The exit code of a program that the signal ended."""
         return EXIT_CODE + self.number
+
+
+class CompilingLine:
+    """A line on a terminal that names the kernel that is compiled, and that is gone afterwards.
+
+    It is written before, because nothing else of the program runs meanwhile.
+    """
+
+    def __init__(self) -> None:
+        self.is_shown = False
+
+    def begins(self, kernel: compiling.Kernel) -> None:
+        """Show the line if this kernel may take long."""
+        if kernel.reading > LONG_READING:
+            print(f"{CLEAR}compiling {kernel.name} ...", end="", file=sys.stderr, flush=True)
+            self.is_shown = True
+
+    def ends(self) -> None:
+        """Take it away."""
+        if self.is_shown:
+            print(CLEAR, end="", file=sys.stderr, flush=True)
+            self.is_shown = False
+
+
+def written(path: Path, write: Callable[[Path], None]) -> Path:
+    """The place that ``write(place)`` wrote: ``path``, or one in the temporary folder where the disk is full, say.
+
+    Raises:
+        InputError: neither could be written; it says what was wrong with ``path``.
+    """
+    try:
+        write(path)
+        return path
+    except (InputError, OSError) as error:
+        with contextlib.suppress(InputError, OSError):
+            place = Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=tempfile.gettempdir())) / path.name
+            write(place)
+            print(f"taichi-tracer: error: {error}: it is in {place} instead", file=sys.stderr)
+            return place
+        raise
+
+
+def written_bytes(path: Path, content: bytes) -> Path:
+    """Where a file was written."""
+    from taichi_tracer.files.disk import replace_file
+
+    return written(path, lambda place: replace_file(place, content))
