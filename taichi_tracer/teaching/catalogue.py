@@ -57,7 +57,10 @@ def load_folder(folder: Path) -> Assignment:
     parts_file = folder / "parts.py"
     parts = tuple(constant(parts_file, "PARTS"))
     known = folder / "mistakes.py"
-    mistakes = by_part(constant(known, "MISTAKES")) if known.exists() else ()
+    named = constant(known, "MISTAKES") if known.exists() else {}
+    if not isinstance(named, dict):
+        raise InputError(f"{known}: MISTAKES must be a dict: part → name → (hint, change, …): see docs/teaching.md")
+    mistakes = by_part(named)
     check_parts(folder.name, parts, classes)
     unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
     if unknown:

@@ -64,6 +64,7 @@ def test_the_handout_has_nothing_of_the_solution(there):
     [
         ("parts.py", "", "parts.py: the file has no PARTS"),
         ("README.md", None, "README.md is missing, so this is no assignment"),
+        ("mistakes.py", "MISTAKES = ()", "MISTAKES must be a dict"),
         ("mistakes.py", "MISTAKES = {'X.y': {'n': ('h', ('a', 'b'))}}", "no part"),
         ("solution/shapes.py", "class Other:\n    pass\n", "tests the class Sphere, which is in no file"),
     ],
