@@ -170,6 +170,7 @@ def test_a_students_estimator_gets_samples_of_all_light(monkeypatch):
     usual = rendered(scene, "mis", 32, 64)
     spread = np.sqrt(sum(r.film.variance_of_mean().mean(axis=(0, 1)) for r in (own, usual))) / 32
     assert (np.abs(own.image().mean(axis=(0, 1)) - usual.image().mean(axis=(0, 1))) / spread).max() < LARGEST_Z
+    assert usual.use("mis_balance").kernel_scene().compensates
     monkeypatch.setattr(MultipleImportanceSampling, "reflected", OnlyLights.reflected)
     assert not usual.use("mis_balance").kernel_scene().compensates
 
