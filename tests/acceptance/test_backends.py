@@ -42,7 +42,7 @@ def test_f64(tmp_path):
 
 @pytest.mark.slow
 def test_after_the_users_own_start(tmp_path):
-    assert wrong(tmp_path, [*FEW, *LIGHT], mode="own") == []
+    assert wrong(tmp_path, [*FEW, *LIGHT[:2]], mode="own") == []
 
 
 @pytest.mark.slow
@@ -55,4 +55,4 @@ def test_vulkan(tmp_path):
     started = process("-c", "import taichi as ti; ti.init(ti.vulkan); print(ti.cfg.arch == ti.vulkan)", folder=tmp_path)
     if "True" not in started.stdout:
         pytest.skip("there is no Vulkan here")
-    assert wrong(tmp_path, [*FEW, *LIGHT], arch="vulkan") == []
+    assert wrong(tmp_path, [*FEW, *LIGHT[:2]], arch="vulkan") == []
