@@ -131,6 +131,19 @@ def test_far_lights_add_up_and_share_the_samples():
     )
 
 
+def test_lamps_and_far_lights_share_the_samples():
+    """What is left of the first number after the choice is uniform: far directions are those of a sphere (z < 4.5)."""
+    mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD), Ke=(1.0, 1.0, 1.0))])
+    scene = tt.SceneData(mesh, view={"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0)}, lights=[Half((1, 1, 1))])
+    share, out = scene.in_kernels().lights.far_share, far_samples(scene)
+    is_far = np.isclose(out[:, 3], share / (4 * np.pi), rtol=1e-5)
+    assert 0 < share < 1
+    assert is_far.mean() == pytest.approx(share, abs=4.5 * 0.5 / np.sqrt(len(out)))
+    w = out[is_far, :3]
+    assert np.abs(w.mean(axis=0) / np.sqrt(1 / 3 / len(w))).max() < 4.5
+    assert (out[~is_far, 2] < 0).all()  # the lamp is below
+
+
 # ── what hides a light ──
 
 
