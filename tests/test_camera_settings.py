@@ -91,5 +91,5 @@ def test_an_assignment_is_checked_as_the_constructor_checks(f32, name, value, me
 
 
 def test_an_angle_beside_a_window_is_told(f32):
-    with pytest.warns(UserWarning, match=r"fov 45 does not count beside screen_window \[-1, 1, -2, 2\]"):
+    with pytest.warns(UserWarning, match=r"fov 45 does not count beside screen_window \(-1, 1, -2, 2\)"):
         make_camera(4, 4, "perspective", fov=45.0, screen_window=(-1, 1, -2, 2))
