@@ -172,7 +172,6 @@ OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertig
 MEASURED = {
     "accuracy_cornell_box.png": accuracy("cornell_box"),
     "accuracy_bounces.png": accuracy("cornell_box", "--max-bounces", "0,1,2,3,5,8,16,64"),
-    "accuracy_specular_spheres.png": accuracy("specular_spheres", "--environment", "sunny"),
     "frame_time.svg": frame_time,
     "unseen_light.png": unseen_light,
 }

@@ -1,6 +1,7 @@
 """Renders the variants of a study: in a process of its own, or in that of the caller if the scene is the caller's."""
 
 import signal
+import sys
 import time
 from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import active_children, get_context
@@ -119,6 +120,13 @@ class BenchProcess:
 
     def __init__(self) -> None:
         self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin)
+        main = sys.modules["__main__"]
+        known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
+        vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
+        try:
+            self.pool.submit(int)  # starts it
+        finally:
+            vars(main).update(known)
 
     def ask(self, method: str, *words: Any) -> Future:
         """Call a method of the bench, after those that were asked for before; "open" makes the bench."""

@@ -435,7 +435,10 @@ class Measurement:
 
     def label(self, study: Study, variant: Variant) -> str:
         """The name of a variant; what "environment" samples are lamps where there is no environment."""
-        label = variant.label(self.variants[0])
+        base, label = self.variants[0], variant.label(self.variants[0])
+        knobs = {v.difference(base) for v in self.variants} - {""}
+        if variant == base and len(knobs) == 1 and "estimator" not in knobs:  # the knob that the study is about
+            label = f"{label}, {base.value_in_words(*knobs)}"
         return label if study.facts.has_environment else label.replace("environment", "environment (lamps)")
 
     # ── measuring ──
