@@ -273,11 +273,6 @@ class MapRenderer(ProgressiveRenderer):
         """Everything that the bits of the picture depend on."""
         return {**super().facts(), "map_of": self.of, **self.measured.facts()}
 
-    def set_of(self, name: str) -> "Self":
-        """Choose what is measured. Returns the renderer."""
-        self.of = name
-        return self
-
 
 def find_measured(name: str) -> str:
     """The name of an integrator that can be measured.

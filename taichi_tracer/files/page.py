@@ -112,11 +112,3 @@ def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> 
     text = html.escape(caption)
     image_tag = f"<img width='{width}' src='data:image/png;base64,{data}' alt='{text}'>"
     return f"<figure style='width: {width}px'>{image_tag}<figcaption>{text}</figcaption></figure>"
-
-
-def scale_of_heat(largest: str) -> str:
-    """The colours of ``tones.heat`` as a strip, from 0 to what ``largest`` says."""
-    strip = "linear-gradient(90deg, #000, #f00 33.3%, #ff0 66.7%, #fff)"
-    return (
-        f"<div class='scale'><span>0</span><i style='background:{strip}'></i><span>{html.escape(largest)}</span></div>"
-    )

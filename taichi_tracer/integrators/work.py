@@ -31,7 +31,7 @@ class WorkTally:
     @in_kernels
     def begin(self) -> None:
         """Begin a sample."""
-        self.nodes, self.primitives, self.shadows, self.blocked, self.below = (impl.expr_init(0) for _ in range(5))
+        self.nodes, self.primitives, self.blocked, self.below = (impl.expr_init(0) for _ in range(4))
         self.x, self.y, self.z = (impl.expr_init(0.0) for _ in range(3))  # of the last direction
 
     @ti.func
@@ -47,7 +47,6 @@ class WorkTally:
     @ti.func
     def shadow_ray(self, is_blocked):
         """A shadow ray was sent."""
-        self.shadows += 1
         if is_blocked:
             self.blocked += 1
 

@@ -99,8 +99,6 @@ COUNTS = {
     "differs": "answers that are not those of brute force, bit for bit",
     "slow": "illegal rays that take more than 2.5 times as long as others",
 }
-INFORMATIVE = {"double_hits": "rays at an edge that hit both of its triangles: inclusive edges, no fault"}
-T_CLASSES = ("unit", "sliver", "grazing", "far")
 
 
 @dataclass(frozen=True)
