@@ -18,9 +18,9 @@ from benchmarks.rays import VIEW
 
 CHART = Path(__file__).parents[1] / "docs" / "images" / "frame_time.svg"
 FEW = (2, 12, 50, 200, 1_000, 4_000)
-SIZES = {"brute_force": FEW, "bvh": (*FEW, 20_000, 82_000, 512_000, 1_300_000)}
+MANY = (*FEW, 20_000, 82_000, 512_000, 1_300_000)
 RESOLUTION, RUNS = 256, 5
-WARM_UP = 2  # frames before the measurement, which compile the kernels of single rays and of packets
+WARM_UP = 2  # frames before the measurement, which compile the kernels
 SMALLEST_SPHERE = 50  # triangles
 
 
@@ -32,11 +32,10 @@ def mesh_of(triangles: int) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces[:triangles]
 
 
-def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> float:
+def frame_milliseconds(intersector: str, triangles: int) -> float:
     """The median time of a normal view after a move of the camera, in milliseconds."""
     scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
     renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
-    renderer.eye_rays.use_packets, renderer.eye_rays.without_tree = use_packets, None
     seconds = []
     for _ in range(RUNS + WARM_UP):
         renderer.camera.version += 1
@@ -50,7 +49,7 @@ def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> f
 def crossover(curves: dict[str, dict[int, float]]) -> float:
     """The number of triangles at which the hierarchy becomes faster; interpolated linearly between the logarithms."""
     counts = np.array(list(curves["brute force"]))
-    gain = np.log([curves["brute force"][n] / curves["hierarchy, single rays"][n] for n in counts])
+    gain = np.log([curves["brute force"][n] / curves["hierarchy"][n] for n in counts])
     if (gain > 0).all():
         return float(counts[0])
     return float(np.exp(np.interp(0.0, gain, np.log(counts))))
@@ -60,15 +59,14 @@ def report(_arguments: list[str]) -> str:
     """A markdown table. The chart is written too."""
     tt.init(arch="auto")
     curves = {
-        "brute force": {n: frame_milliseconds("brute_force", n, False) for n in SIZES["brute_force"]},
-        "hierarchy, single rays": {n: frame_milliseconds("bvh", n, False) for n in SIZES["bvh"]},
-        "hierarchy, packets": {n: frame_milliseconds("bvh", n, True) for n in SIZES["bvh"]},
+        "brute force": {n: frame_milliseconds("brute_force", n) for n in FEW},
+        "hierarchy": {n: frame_milliseconds("wide_bvh", n) for n in MANY},
     }
     meeting = crossover(curves)
     draw(curves, meeting)
     lines = [f"\n**ms per frame, {RESOLUTION}², normal view**\n", "| triangles | " + " | ".join(curves) + " |"]
     lines.append("|--:|" + "--:|" * len(curves))
-    for n in SIZES["bvh"]:
+    for n in MANY:
         cells = [f"{curve[n]:.3g}" if n in curve else "" for curve in curves.values()]
         lines.append(f"| {n:,} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + f"\n\nThe hierarchy is faster from {meeting:.0f} triangles on.\n"

@@ -1,6 +1,6 @@
 """Direct illumination, compared with Mitsuba 3: time per sample, and time to a given error.
 
-python -m benchmarks.direct [sample | error | process | compile ...]
+python -m benchmarks.direct [sample | error | process ...]
 """
 
 import functools
@@ -20,7 +20,7 @@ import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, bsdf
-from benchmarks.samplers import (
+from benchmarks.scenes import (
     DIRECT,
     SPHERES_VIEW,
     spheres_on_floor,
@@ -200,7 +200,7 @@ def best(found: dict, names: tuple[str, ...], target: float) -> tuple[float, flo
 OUR_PROCESS = """
 import sys
 import taichi_tracer as tt
-from benchmarks.samplers import spheres_under_sun
+from benchmarks.scenes import spheres_under_sun
 renderer = tt.A2Renderer(spheres_under_sun(), {size}, {size}, sampler={sampler!r}).use("mis").render({spp})
 renderer.save(sys.argv[1])
 """
@@ -265,7 +265,6 @@ def from_a_new_process() -> str:
 def seconds(program: Path, cache: str, *arguments: str) -> float:
     """The wall-clock time of a process; the benchmark ends if the process fails."""
     paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    # ``report`` switches the cache off in this process.
     environment = os.environ | {"TI_OFFLINE_CACHE": "1", "TI_OFFLINE_CACHE_FILE_PATH": cache, "PYTHONPATH": paths}
     start = time.perf_counter()
     done = subprocess.run([sys.executable, str(program), *arguments], env=environment, capture_output=True, text=True)
@@ -274,47 +273,15 @@ def seconds(program: Path, cache: str, *arguments: str) -> float:
     return time.perf_counter() - start
 
 
-# ── compilation ──
-
-
-def compilation() -> str:
-    """A table: seconds of the processor to compile the kernel of a sample, without the cache."""
-    lines = ["\n**compiling the kernel of a sample**\n", "| | s |", "|---|--:|"]
-    for title in ("three spheres", f"displaced sphere of {BLOB:,} triangles"):
-        for estimator in ("brdf", "mis"):
-            scene = SCENES[title][0]()
-            renderer = tt.A2Renderer(scene, SIZE, SIZE).use(estimator)
-            kernels = renderer.kernel_scene()
-            renderer.begin()
-            kernels.lights.prepare()
-            one_sample = renderer.sample_parts(kernels, renderer.active), 0, 0, 1
-            taken = processor(functools.partial(renderer._take_samples, *one_sample))
-            lines.append(f"| {title}, {estimator} | {taken:.2f} |")
-            scene.destroy()
-    return "\n".join(lines) + "\n"
-
-
-def processor(call: Callable[[], object]) -> float:
-    """The seconds of the processor that a call takes."""
-    ti.sync()
-    start = time.process_time()
-    call()
-    ti.sync()
-    return time.process_time() - start
-
-
 PARTS = {
     "sample": per_sample,
     "error": to_error,
     "process": from_a_new_process,
-    "compile": compilation,
 }
 
 
 def report(names: list[str]) -> str:
     """The requested tables."""
-    if "compile" in names or not names:
-        os.environ.setdefault("TI_OFFLINE_CACHE", "0")
     tt.init(arch="auto")
     return "".join(PARTS[name]() for name in names or PARTS)
 

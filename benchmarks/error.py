@@ -1,6 +1,6 @@
-"""Is the estimated error of a picture true? Is the predicted number of samples right? What do the estimates cost?
+"""Is the estimated error of a picture true?
 
-python -m benchmarks.error [calibration | glints | elsewhere | paths | prediction | bookkeeping ...]
+python -m benchmarks.error [calibration | glints | elsewhere ...]
 """
 
 import math
@@ -9,34 +9,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.measure import describe_machine, interleaved, ratio_table
-from benchmarks.samplers import SPHERES_VIEW, three_spheres
+from benchmarks.measure import describe_machine
+from benchmarks.scenes import SPHERES_VIEW, three_spheres
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.metrics import relative_rmse
 
-RENDERS, SIZE = 200, 64  # of paths
 CELL_RENDERS, CELL_SIZE, CELL_SPP, CELL_REFERENCE = 100, 48, (16, 64), 4096  # of direct light
-REFERENCE_SPP, REFERENCE_SEED = 8192, 10**6  # of the picture that errors are measured against
-PREDICTION_SIZE, MOST_SPP = 192, 20_000
+REFERENCE_SEED = 10**6  # of the picture that errors are measured against
 MESHES = ("blob", "caustic_sphere", "cornell_box", "cube", "many_lights", "specular_spheres", "sphere", "torus_knot")
 MESHES += ("veach_plates", "white_room")
 ENVIRONMENTS, ESTIMATORS = ("studio", "sunny", "white"), ("mis", "environment", "brdf")
-# Scene, estimator, options of the scene. The references are made with the estimator ``path``, whose mean is the same.
-PATHS = (
-    ("cornell_box", "path", {}),
-    ("cornell_box", "explicit", {}),
-    ("veach_plates", "path", {}),
-    ("many_lights", "path", {"lamp_choice": "hierarchy"}),
-    ("specular_spheres", "path", {"environment": "studio"}),
-)
-CAUSTIC = ("caustic_sphere", "path", {})  # what few samples find, no estimate from samples can tell
-PATHS_SPP = (16, 64)
-TARGETS = {"cornell_box": 0.08, "specular_spheres": 0.03, "sphere": 0.02, "torus_knot": 0.05, "cube": 0.02}
 
 
 def calibration() -> str:
@@ -228,97 +213,10 @@ def summary(cells: list[tuple[str, Cell]]) -> list[str]:
     ]
 
 
-def paths() -> str:
-    """A table: the same for light that bounces up to 5 times, and how often the true error is above the interval.
-
-    The last scene has a caustic.
-    """
-    lines = [f"\n**the 95 % interval, over {RENDERS} renders of {SIZE}², paths of at most 5 bounces**\n"]
-    columns = "scene", "estimator", "sampler", "samples", "inside", "above", "told / true", "true error", "reference's"
-    lines += [f"| {' | '.join(columns)} |", "|---|---|---|--:|--:|--:|--:|--:|--:|"]
-    for name, way, options in (*PATHS, CAUSTIC):
-        scene = tt.load_scene_data(name, **options)
-        truth = tt.A4Renderer(scene, SIZE, SIZE, seed=REFERENCE_SEED).use("path").render(REFERENCE_SPP)
-        for sampler, spp in (*(("sobol", n) for n in PATHS_SPP), ("independent", PATHS_SPP[0])):
-            renderer = tt.A4Renderer(scene, SIZE, SIZE, sampler=sampler).use(way)
-            share, above, ratio, true = covered(renderer, spp, truth.image())
-            numbers = f"{spp} | {share:.1%} | {above:.1%} | {ratio:.3f} | {true:.1%} | {truth.error():.2%}"
-            lines.append(f"| {name} | {way} | {sampler} | {numbers} |")
-            print(lines[-1], file=sys.stderr, flush=True)
-    return "\n".join(lines) + "\n"
-
-
-def covered(renderer, spp: int, truth: np.ndarray) -> tuple[float, float, float, float]:
-    """(share of renders with the true error inside the interval, share above it, told / true, true error).
-
-    The last two are a geometric mean and a root mean square over the renders.
-    """
-    told, true = [], []
-    for seed in range(RENDERS):
-        renderer.seed = seed
-        renderer.begin_anew()
-        told.append(renderer.render(spp).error())
-        true.append(relative_rmse(renderer.image(), truth.astype(np.float64)))
-    inside = np.mean([one.low <= had <= one.high for one, had in zip(told, true, strict=True)])
-    above = np.mean([had > one.high for one, had in zip(told, true, strict=True)])
-    ratio = math.exp(np.log(np.array(told, float) / true).mean())
-    return float(inside), float(above), ratio, float(np.sqrt(np.square(true).mean()))
-
-
-def prediction() -> str:
-    """A table: predicted / actual number of samples until an error, predicted after a tenth of the samples."""
-    lines = ["\n**samples to an error as predicted at a tenth of them, over what it took, 192², MIS**\n"]
-    lines += ["| scene | sampler | error | samples | predicted / actual |", "|---|---|--:|--:|--:|"]
-    for name, target in TARGETS.items():
-        scene = tt.load_scene_data(name, environment="studio")
-        for sampler, factor in (("sobol", 1), ("independent", 3)):
-            renderer = tt.A2Renderer(scene, PREDICTION_SIZE, PREDICTION_SIZE, sampler=sampler).use("mis")
-            seen = []
-            renderer.render(
-                error=target * factor, spp=MOST_SPP, watch=lambda p, s=seen: s.append((p.samples, p.samples_left))
-            )
-            end = seen[-1][0]
-            n, left = next((n, left) for n, left in seen if n >= end / 10)
-            lines.append(f"| {name} | {sampler} | {target * factor:.1%} | {end} | {(n + left) / end:.2f} |")
-    return "\n".join(lines) + "\n"
-
-
-@ti.data_oriented
-class PlainFilm(Film):
-    """A film that only adds up the samples, without anything for the error."""
-
-    @ti.func
-    def add(self, x, y, value, sample):
-        """Add one sample to a pixel."""
-        self.total[x, y, 0] = self.total[x, y, 0] + value
-        self.half_count[x, y, 0] = self.half_count[x, y, 0] + 1
-
-
-def bookkeeping() -> str:
-    """Tables: the time of a sample, with and without the sums for the error."""
-    report = ""
-    for name, size in (("specular_spheres", 512), ("cornell_box", 256)):
-        scene = tt.load_scene_data(name, environment="studio")
-        renderers = {"error known": tt.A2Renderer(scene, size, size), "only sums": tt.A2Renderer(scene, size, size)}
-        renderers["only sums"].film = PlainFilm(size, size, None, True)
-
-        def render(renderer):
-            renderer.use("mis").render(8)
-            ti.sync()
-
-        seconds = interleaved({n: lambda r=r: render(r) for n, r in renderers.items()}, 15)
-        milliseconds = {n: s / 8 for n, s in seconds.items()}
-        report += ratio_table(f"bookkeeping, {name}, {size}², MIS", milliseconds, "only sums", "ms per sample")
-    return report
-
-
 PARTS = {
     "calibration": calibration,
     "glints": glints,
     "elsewhere": elsewhere,
-    "paths": paths,
-    "prediction": prediction,
-    "bookkeeping": bookkeeping,
 }
 
 

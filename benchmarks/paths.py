@@ -1,12 +1,9 @@
-"""Paths, compared with Mitsuba 3: time per sample, time to a given error, many lamps, and the time to compile.
+"""Paths, compared with Mitsuba 3: time per sample, and time to a given error.
 
-python -m benchmarks.paths [sample | error | many | compile ...]
+python -m benchmarks.paths [sample | error ...]
 """
 
-import os
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 
@@ -18,7 +15,7 @@ from benchmarks.direct import BLOB, BLOB_VIEW, RUNS, SPP_PER_CALL, relative_rmse
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
-from benchmarks.samplers import sun_and_sky
+from benchmarks.scenes import sun_and_sky
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 
@@ -31,25 +28,7 @@ THEIRS = ("multijitter", "ldsampler")  # the best of its samplers on these scene
 SPP = (4, 16, 64, 256, 1024)  # of the points of a curve of Mitsuba's
 MOST_SECONDS, MOST_SPP, LEAST_ERROR = 20, 4096, 1e-6  # a curve of ours ends at the first of these
 FIRST_LOOK, LATER = 0.05, 1.25  # seconds of the first of its points, and times those of the last one
-REFERENCE_SPP, REFERENCE_SEED, REFERENCE_SEEDS = 512, 1000, (1000, 1001)
-MANY_SIZE, MANY_REFERENCE = 128, 4096
-COMPILE = """
-import sys, time
-import taichi as ti
-import taichi_tracer as tt
-tt.init("cpu")
-light = None if sys.argv[1] != "specular_spheres" else "studio"
-renderer = tt.A4Renderer(tt.load_scene_data(sys.argv[1], environment=light), 16, 16).use(sys.argv[2])
-tt.A2Renderer(renderer.scene_data, 16, 16).use("uniform").render()  # the kernels that every picture needs
-ti.sync()
-start = time.perf_counter()
-renderer.render()
-ti.sync()
-first = time.perf_counter() - start
-renderer.render()
-ti.sync()
-print(first)
-"""
+REFERENCE_SPP, REFERENCE_SEEDS = 512, (1000, 1001)
 
 
 def renderer_of(scene, size: int, how: str, bounces: int, sampler: str | None = None, seed: int = 0):
@@ -177,45 +156,7 @@ def error_table(title: str, scene: str | Mesh, environment: np.ndarray | None, v
     return "\n".join([*lines, f"| speed of {USUAL}, relative to Mitsuba's best | {ratios} |"]) + "\n"
 
 
-def many_lamps() -> str:
-    """A table: seconds until 5 % with each choice of lamps; 10,000 emitters, direct light."""
-    seconds, truth = {}, None
-    for choice in ("hierarchy", "power", "area"):
-        scene = tt.load_scene_data("many_lights", lamp_choice=choice)
-        if truth is None:
-            truth = renderer_of(scene, MANY_SIZE, "explicit", 1, seed=REFERENCE_SEED).render(MANY_REFERENCE).image()
-        points = curve(renderer_of(scene, MANY_SIZE, "explicit", 1), error_to(truth), 4 * MOST_SECONDS)
-        seconds[choice] = time_to(points, 0.05)
-        if seconds[choice] != seconds[choice]:
-            errors, times = np.log(np.array(points)).T
-            slope = (errors[-1] - errors[-3]) / (times[-1] - times[-3])
-            name = f"{choice} (extrapolated from {points[-1][0]:.0%} after {points[-1][1]:.0f} s)"
-            seconds[name] = float(np.exp(times[-1] + (np.log(0.05) - errors[-1]) / slope))
-            del seconds[choice]
-    base = next(name for name in seconds if name.startswith("area"))
-    return ratio_table(f"many_lights, {MANY_SIZE}², direct light, time to 5 %", seconds, base, "ms")
-
-
-def compile_times() -> str:
-    """A table: seconds of the first sample in a new process with an empty cache, beyond the kernels of any picture."""
-    lines = ["\n**compile time of a path kernel, cold**\n", "| | seconds |", "|---|--:|"]
-    for scene in (SCENE, "specular_spheres", "many_lights"):
-        for how in WAYS:
-            with tempfile.TemporaryDirectory() as folder:
-                program = f"{folder}/first.py"
-                with open(program, "w", encoding="utf-8") as file:
-                    file.write(COMPILE)
-                found = []
-                for run in range(3):
-                    cache = {"TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/{run}"}
-                    words = [sys.executable, program, scene, how]
-                    done = subprocess.run(words, env=os.environ | cache, capture_output=True, text=True, check=True)
-                    found.append(float(done.stdout.split()[-1]))
-            lines.append(f"| {scene}, {how} | {np.median(found):.2f} |")
-    return "\n".join(lines) + "\n"
-
-
-PARTS = {"sample": per_sample, "error": to_error, "many": many_lamps, "compile": compile_times}
+PARTS = {"sample": per_sample, "error": to_error}
 
 
 def main(names: list[str]) -> None:

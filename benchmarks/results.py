@@ -4,8 +4,7 @@ python -m benchmarks.results [NAME ...]     only the named ones are measured aga
                                             have arguments of its own, "paths error", which is a section of its own
 
 Without a name, it runs those that measure time, in less than 30 minutes. The others (``COUNTED``) count errors of many
-thousand pictures, which takes hours and does not depend on the machine: they run only if they are named, as those that
-say something only on a machine with a graphics card (``WITH_A_GPU``).
+thousand pictures, which takes hours and does not depend on the machine: they run only if they are named.
 """
 
 import re
@@ -18,22 +17,15 @@ RESULTS = Path(__file__).parent / "RESULTS.md"
 BENCHMARKS = {
     "startup": [],
     "rays": ["82000", "512000"],
-    "scaling": [],
     "build": ["82000", "1300000"],
     "crossover": [],
     "direct": [],
     "error": [],
-    "samplers": ["errors", "compensation"],
-    "paths": ["sample", "compile"],
-    "surfaces": [],
-    "instances": [],
+    "paths": [],
     "claims": [],
     "cluster": ["--seconds", "30"],
-    "live": [],
-    "backends": [],
 }
-WITH_A_GPU = ("backends",)
-COUNTED = ("error", "samplers", "claims")
+COUNTED = ("error", "claims")
 HEAD = """# Results
 
 Each section is the output of the command in its title, with the date, the machine and the versions. Figures are medians
@@ -51,7 +43,7 @@ def main(names: list[str]) -> int:
         return 2
     failed = False
     begin = time.perf_counter()
-    for name in names or [name for name in BENCHMARKS if name not in COUNTED + WITH_A_GPU]:
+    for name in names or [name for name in BENCHMARKS if name not in COUNTED]:
         start = time.perf_counter()
         words = name.split() if name not in BENCHMARKS else [name, *BENCHMARKS[name]]
         command = [sys.executable, "-m", f"benchmarks.{words[0]}", *words[1:]]
