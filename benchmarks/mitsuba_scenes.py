@@ -31,7 +31,6 @@ class MitsubaPicture:
         scene: the name of a scene of the package, or a mesh.
         integrator: Mitsuba's description of an integrator.
         environment: (h, w, 3) radiance; None for no environment. Mitsuba's map begins a quarter of a turn from ours.
-        described: Mitsuba's description of all surfaces; None takes those of the materials.
         is_exact: whether Phong's lobe is the handout's own, written in Python, and not a microfacet lobe as fast.
         compensates: whether samples of the environment leave to the BRDF what it finds; by default they do not.
         view: the camera; None for the scene's own, or the course's.
@@ -48,13 +47,12 @@ class MitsubaPicture:
         environment: np.ndarray | None = None,
         view: dict | None = None,
         compensates: bool = False,
-        described: dict | None = None,
         is_exact: bool = False,
     ) -> None:
         import mitsuba
 
         mitsuba.set_variant(variant)
-        self.mi, self.described, self.is_exact = mitsuba, described, is_exact
+        self.mi, self.is_exact = mitsuba, is_exact
         mesh = scene
         if not isinstance(mesh, Mesh):
             file = find_scene(mesh)
@@ -95,7 +93,7 @@ class MitsubaPicture:
         has_normals = len(mesh.face_normals) > 0 and bool((mesh.face_normals[is_here] >= 0).all())
         has_uv = mesh.corner_uv is not None and material.map_Kd is not None
         properties = self.mi.Properties()
-        properties["mesh_bsdf"] = self.mi.load_dict(self.described or bsdf(material, self.is_exact))
+        properties["mesh_bsdf"] = self.mi.load_dict(bsdf(material, self.is_exact))
         if max(material.Ke) > 0:
             properties["mesh_emitter"] = self.mi.load_dict(light_of(material))
         shape = self.mi.Mesh(

@@ -18,7 +18,7 @@ BENCHMARKS = {
     "startup": [],
     "rays": ["82000", "512000"],
     "build": ["82000", "1300000"],
-    "crossover": [],
+    "frames": [],
     "direct": [],
     "error": [],
     "paths": [],

@@ -151,9 +151,9 @@ def accuracy(*words: str) -> Callable[[Path], None]:
 
 
 def frame_time(path: Path) -> None:
-    """The chart of ``python -m benchmarks.crossover``, which writes to its own place."""
+    """The chart of ``python -m benchmarks.frames``, which writes to its own place."""
     own = ROOT / IMAGES / path.name
-    runpy.run_module("benchmarks.crossover", run_name="__main__")
+    runpy.run_module("benchmarks.frames", run_name="__main__")
     if own != path:
         shutil.copy(own, path)
 

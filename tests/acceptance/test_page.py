@@ -33,7 +33,12 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
     words = ["-u", "-m", "taichi_tracer", "view", "cube", "--size", "96x64", "--view", "normal", "--browser"]
     environment = os.environ | {"PYTHONPATH": str(Path(tt.__file__).parents[1])}
     program = subprocess.Popen(
-        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
+        [sys.executable, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # may be ignored, as in CI
     )
     try:
         address = next(found[0] for line in program.stdout if (found := re.search(r"http://\S+", line)))

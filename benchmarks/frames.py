@@ -1,6 +1,6 @@
 """Milliseconds per frame against triangles, with brute force and with the hierarchy. Draws docs/images/frame_time.svg.
 
-python -m benchmarks.crossover
+python -m benchmarks.frames
 """
 
 import statistics
@@ -46,15 +46,6 @@ def frame_milliseconds(intersector: str, triangles: int) -> float:
     return 1e3 * statistics.median(seconds[WARM_UP:])
 
 
-def crossover(curves: dict[str, dict[int, float]]) -> float:
-    """The number of triangles at which the hierarchy becomes faster; interpolated linearly between the logarithms."""
-    counts = np.array(list(curves["brute force"]))
-    gain = np.log([curves["brute force"][n] / curves["hierarchy"][n] for n in counts])
-    if (gain > 0).all():
-        return float(counts[0])
-    return float(np.exp(np.interp(0.0, gain, np.log(counts))))
-
-
 def report(_arguments: list[str]) -> str:
     """A markdown table. The chart is written too."""
     tt.init(arch="auto")
@@ -62,17 +53,16 @@ def report(_arguments: list[str]) -> str:
         "brute force": {n: frame_milliseconds("brute_force", n) for n in FEW},
         "hierarchy": {n: frame_milliseconds("wide_bvh", n) for n in MANY},
     }
-    meeting = crossover(curves)
-    draw(curves, meeting)
+    draw(curves)
     lines = [f"\n**ms per frame, {RESOLUTION}², normal view**\n", "| triangles | " + " | ".join(curves) + " |"]
     lines.append("|--:|" + "--:|" * len(curves))
     for n in MANY:
         cells = [f"{curve[n]:.3g}" if n in curve else "" for curve in curves.values()]
         lines.append(f"| {n:,} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + f"\n\nThe hierarchy is faster from {meeting:.0f} triangles on.\n"
+    return "\n".join(lines) + "\n"
 
 
-def draw(curves: dict[str, dict[int, float]], meeting: float) -> None:
+def draw(curves: dict[str, dict[int, float]]) -> None:
     """Draw the chart with logarithmic axes."""
     import matplotlib
 
@@ -83,8 +73,6 @@ def draw(curves: dict[str, dict[int, float]], meeting: float) -> None:
     figure, axes = pyplot.subplots(figsize=(6.4, 4), layout="constrained")
     for name, curve in curves.items():
         axes.loglog(list(curve), list(curve.values()), marker="o", label=name)
-    axes.axvline(meeting, color="grey", linestyle=":", linewidth=1)
-    axes.annotate(f"{meeting:.0f} triangles", (meeting, axes.get_ylim()[1]), (4, -12), textcoords="offset points")
     axes.set(xlabel="triangles", ylabel=f"ms per frame, {RESOLUTION}²", title="Time per frame against triangles")
     axes.grid(True, which="major", alpha=0.3)
     axes.legend()
