@@ -1,7 +1,7 @@
 """``tt.course(folder)`` and ``--course``: a student's files of the course run in all pictures of this process.
 
-Their methods are assigned to the package's classes, as by any student of this package: fast forms step aside, and
-receipts name what is replaced.
+Their methods are assigned to the package's classes, as by any student of this package, and receipts name what is
+replaced.
 """
 
 import contextlib
@@ -9,14 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from taichi.lang import kernel_impl
-
 import taichi_tracer as tt
 from taichi_tracer.course import borders, files
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import unfinished
+from taichi_tracer.system.taichi_17.objects import BoundKernel
 
 ABSENT = object()
 # The class of this package whose methods a border of the same name has.
@@ -146,19 +145,12 @@ class Course:
         return "\n".join([f"files of the course in {self.folder}", *self.notes()])
 
 
-class StudentKernel:
-    """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
+class StudentKernel(BoundKernel):
+    """A kernel that is assigned to a class."""
 
     def __init__(self, kernel: Any) -> None:
+        super().__init__(kernel)
         kernel._is_staticmethod = False  # as Taichi notes at each access
-        self.bound_kernel = kernel
-
-    def __get__(self, owner: Any, cls: type | None = None) -> Any:
-        if owner is None:
-            return self.bound_kernel
-        bound = kernel_impl._BoundedDifferentiableMethod(owner, self.bound_kernel)
-        bound.__name__ = self.bound_kernel.__name__
-        return bound
 
 
 def members_of(border: type) -> dict[str, Any]:
