@@ -4,11 +4,13 @@ All directions leave the surface and have unit length. Each check takes a regist
 of ``trial_materials`` that it describes, with viewers from right above to grazing, about normals in several directions.
 """
 
+from functools import cached_property
+
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.microfacet import LAYERED
+from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.contracts.statistics import SphereCells, chi_square_p, sidak
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
@@ -43,7 +45,6 @@ def described_materials(brdf):
     return [material for material in trial_materials(brdf) if brdf.describes(material, runtime.dtype())]
 
 
-@ti.data_oriented
 class Bench:
     """A BRDF and the materials that it describes, to be asked from Python. Directions are (N, 3) arrays."""
 
@@ -54,50 +55,29 @@ class Bench:
         self._memory.allocate()
         self.library.tables().load(self._memory)
 
-    def sample(self, which, w_o, n, xi):
-        """(N, 3) directions of material number ``which``, float64."""
-        out = np.zeros((len(xi), 3), runtime.dtype())
-        self._sample(which, *_rows(len(xi), w_o, n), np.ascontiguousarray(xi, runtime.dtype()), out)
-        return out.astype(np.float64)
+    @cached_property
+    def sample(self):
+        """(N, 3) directions of material number ``which``, of w_o, n and (N, 2) random numbers."""
+        brdf, library = self.brdf, self.library
 
-    def values(self, which, w_o, n, w_i):
-        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i where it is taken for a sample; float64."""
-        out = np.zeros((len(w_i), 7), runtime.dtype())
-        self._values(which, *_rows(len(w_i), w_o, n, w_i), out)
-        out = out.astype(np.float64)
-        return out[:, :3], out[:, 3], out[:, 4:]
+        @ti.func
+        def sample(which, w_o, n, xi):
+            return brdf.sample(library.get(which), w_o, n, xi)
 
-    @ti.kernel
-    def _sample(
-        self,
-        which: ti.i32,
-        w_o: ti.types.ndarray(ndim=2),
-        n: ti.types.ndarray(ndim=2),
-        xi: ti.types.ndarray(ndim=2),
-        out: ti.types.ndarray(ndim=2),
-    ):
-        for i in range(out.shape[0]):
-            material = self.library.get(which)
-            w_i = self.brdf.sample(material, _vec3(w_o, i), _vec3(n, i), tm.vec2(xi[i, 0], xi[i, 1]))
-            for k in ti.static(range(3)):
-                out[i, k] = w_i[k]
+        return Rows(sample, [WHOLE, 3, 3, 2], [3])
 
-    @ti.kernel
-    def _values(
-        self,
-        which: ti.i32,
-        w_o: ti.types.ndarray(ndim=2),
-        n: ti.types.ndarray(ndim=2),
-        w_i: ti.types.ndarray(ndim=2),
-        out: ti.types.ndarray(ndim=2),
-    ):
-        for i in range(out.shape[0]):
-            material = self.library.get(which)
-            o, m, d = _vec3(w_o, i), _vec3(n, i), _vec3(w_i, i)
-            f, weight = self.brdf.eval(material, o, d, m), self.brdf.sample_weight(material, o, d, m)
-            for k in ti.static(range(3)):
-                out[i, k], out[i, 4 + k] = f[k], weight[k]
-            out[i, 3] = self.brdf.pdf(material, o, d, m)
+    @cached_property
+    def values(self):
+        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i where it is taken for a sample; of which, w_o, n, w_i."""
+        brdf, library = self.brdf, self.library
+
+        @ti.func
+        def values(which, w_o, n, w_i):
+            material = library.get(which)
+            f, pdf = brdf.eval(material, w_o, w_i, n), brdf.pdf(material, w_o, w_i, n)
+            return f, pdf, brdf.sample_weight(material, w_o, w_i, n)
+
+        return Rows(values, [WHOLE, 3, 3, 3], [3, 1, 3])
 
     def cases(self):
         """(number of the material, w_o, n, what to say of it), each combination once."""
@@ -105,15 +85,6 @@ class Bench:
             for n in NORMALS:
                 for cosine in COSINES:
                     yield which, viewer(n, cosine), n, f"{self.brdf.name}: {told(material)}, n = {n}, n·w_o = {cosine}"
-
-
-@ti.func
-def _vec3(rows: ti.template(), i):
-    return tm.vec3(rows[i, 0], rows[i, 1], rows[i, 2])
-
-
-def _rows(count, *directions):
-    return [np.ascontiguousarray(np.broadcast_to(d, (count, 3)), runtime.dtype()) for d in directions]
 
 
 def told(material):

@@ -6,13 +6,11 @@ multiples of 2⁻²⁴, as those of f32 are.
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.statistics import chi_square_p, sidak
-from taichi_tracer.contracts.tails import chi_square_sf
+from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.statistics import chi_square_p, chi_square_sf, sidak
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.system import runtime
 
 SAMPLES = 200_000  # of each point
 ALL_NUMBERS, AT_ONCE = 1 << 24, 1 << 20  # the random numbers of f32, and how many of them are tried at once
@@ -23,7 +21,6 @@ LAMPS = 37  # not a power of 2, so that a binary tree has empty leaves
 DIM_LAMP, DIM_SIZE = 18, 1e-6  # one in the middle of the list, with about 10⁻¹² of the area and of the power of all
 
 
-@ti.data_oriented
 class Bench:
     """A choice in a scene of its own, to be asked from Python.
 
@@ -43,42 +40,27 @@ class Bench:
         self.lamps.prepare()
         self.choice, self.count, self.name = self.lamps.choice, self.lamps.count, part.name
 
-    def chosen(self, x, n, xi):
-        """lamp (N,), probability (N,) and rest (N,) of (N,) random numbers at one point."""
-        out = np.zeros((len(xi), 3), runtime.dtype())
-        self._choose(ti.Vector(x), ti.Vector(n), np.ascontiguousarray(xi, runtime.dtype()), out)
-        out = out.astype(np.float64)
-        return out[:, 0].astype(int), out[:, 1], out[:, 2]
+        choice = self.choice
+
+        @ti.func
+        def chosen(x, n, xi):
+            return choice.choose(x, n, xi)
+
+        @ti.func
+        def probability(x, n, lamp):
+            return choice.probability(x, n, lamp)
+
+        self.chosen = Rows(chosen, [3, 3, 1], [WHOLE, 1, 1])  # x, n and (N,) ξ → lamp, probability and rest, (N,)
+        self._probability = Rows(probability, [3, 3, WHOLE], [1])
 
     def probabilities(self, x, n):
         """(L,) of all lamps at one point."""
-        out = np.zeros(self.count, runtime.dtype())
-        self._probabilities(ti.Vector(x), ti.Vector(n), out)
-        return out.astype(np.float64)
+        return self._probability(x, n, np.arange(self.count))
 
     def is_reached(self, x, n, lamp):
         """Whether any random number chooses the lamp."""
-        starts = range(0, ALL_NUMBERS, AT_ONCE)
-        return any(self._is_reached(ti.Vector(x), ti.Vector(n), lamp, start) > 0 for start in starts)
-
-    @ti.kernel
-    def _choose(self, x: tm.vec3, n: tm.vec3, xi: ti.types.ndarray(ndim=1), out: ti.types.ndarray(ndim=2)):
-        for i in range(xi.shape[0]):
-            lamp, probability, rest = self.choice.choose(x, n, xi[i])
-            out[i, 0], out[i, 1], out[i, 2] = lamp, probability, rest
-
-    @ti.kernel
-    def _probabilities(self, x: tm.vec3, n: tm.vec3, out: ti.types.ndarray(ndim=1)):
-        for i in range(out.shape[0]):
-            out[i] = self.choice.probability(x, n, i)
-
-    @ti.kernel
-    def _is_reached(self, x: tm.vec3, n: tm.vec3, lamp: int, start: int) -> int:
-        found = 0
-        for i in range(AT_ONCE):
-            chosen, probability, rest = self.choice.choose(x, n, (start + i) / ti.cast(ALL_NUMBERS, float))
-            ti.atomic_max(found, ti.cast(chosen == lamp, int))
-        return found
+        every = np.arange(ALL_NUMBERS).reshape(-1, AT_ONCE) / ALL_NUMBERS
+        return any((self.chosen(x, n, some)[0] == lamp).any() for some in every)
 
 
 def many_lamps():
@@ -144,6 +126,7 @@ def check_choices(bench, x, n, level, seed):
     xi = np.random.default_rng(seed).integers(0, ALL_NUMBERS, SAMPLES) / ALL_NUMBERS
     xi[:2] = 0, LAST
     lamp, probability, rest = bench.chosen(x, n, xi)
+    lamp = lamp.astype(int)
     what = f"{bench.name} at {x}"
     assert (lamp >= 0).all(), f"{what}: chooses lamp {lamp.min()}"
     assert (lamp < bench.count).all(), f"{what}: chooses lamp {lamp.max()} of {bench.count}"

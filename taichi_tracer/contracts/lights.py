@@ -9,9 +9,9 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import SphereCells, chi_square_p, sidak
 from taichi_tracer.ray import no_hit
-from taichi_tracer.system import runtime
 
 SAMPLES = 100_000
 POINTS = np.array([[0.0, 0.0, 0.0], [0.7, -0.3, 0.4], [-30.0, 20.0, 10.0]])  # that are lit
@@ -21,7 +21,6 @@ ROWS = 16  # of the cells in which samples of an image are counted; each is as w
 FEW = 5e-3  # of the samples, which rounding moves over an edge, such as that of a texel
 
 
-@ti.data_oriented
 class Bench:
     """A light in a scene, to be asked from Python.
 
@@ -31,43 +30,23 @@ class Bench:
     """
 
     def __init__(self, light, intersector=None, points=POINTS):
-        self.points = points
-        self.light, self.intersector, self.is_near = light, intersector, intersector is not None
+        self.points, self.light, is_near = points, light, intersector is not None
         light.prepare()
 
-    def sample(self, x, xi):
-        """w_i (N, 3), distance (N,), radiance (N, 3), pdf (N,), all float64, of (N, 2) random numbers at a point x."""
-        out = np.zeros((len(xi), 8), runtime.dtype())
-        self._sample(ti.Vector(x), np.ascontiguousarray(xi, runtime.dtype()), out)
-        out = out.astype(np.float64)
-        return out[:, :3], out[:, 3], out[:, 4:7], out[:, 7]
+        @ti.func
+        def sample(x, xi):
+            return light.sample(x, xi)
 
-    def values(self, x, w_i):
-        """pdf (N,) and radiance (N, 3), float64, of (N, 3) directions from a point x."""
-        out = np.zeros((len(w_i), 4), runtime.dtype())
-        self._values(ti.Vector(x), np.ascontiguousarray(w_i, runtime.dtype()), out)
-        out = out.astype(np.float64)
-        return out[:, 0], out[:, 1:]
-
-    @ti.kernel
-    def _sample(self, x: tm.vec3, xi: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
-        for i in range(xi.shape[0]):
-            w_i, distance, radiance, pdf = self.light.sample(x, tm.vec2(xi[i, 0], xi[i, 1]))
-            out[i, 3], out[i, 7] = distance, pdf
-            for k in ti.static(range(3)):
-                out[i, k], out[i, 4 + k] = w_i[k], radiance[k]
-
-    @ti.kernel
-    def _values(self, x: tm.vec3, w_i: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
-        for i in range(w_i.shape[0]):
-            ray = tt.Ray(origin=x, direction=tm.vec3(w_i[i, 0], w_i[i, 1], w_i[i, 2]))
+        @ti.func
+        def values(x, w_i):
+            ray = tt.Ray(origin=x, direction=w_i)
             hit = no_hit()
-            if ti.static(self.is_near):
-                hit = self.intersector.query_segment(ray, 0.0, tm.inf)
-            radiance = self.light.radiance(ray, hit)
-            out[i, 0] = self.light.pdf(x, ray.direction, hit)
-            for k in ti.static(range(3)):
-                out[i, 1 + k] = radiance[k]
+            if ti.static(is_near):
+                hit = intersector.query_segment(ray, 0.0, tm.inf)
+            return light.pdf(x, w_i, hit), light.radiance(ray, hit)
+
+        self.sample = Rows(sample, [3, 2], [3, 1, 3, 1])  # x, (N, 2) ξ → w_i, distance, radiance, pdf
+        self.values = Rows(values, [3, 3], [1, 3])  # x, (N, 3) w_i → pdf, radiance
 
 
 def pairs(count, seed):
@@ -97,11 +76,11 @@ def check_light(light, intersector=None, cells=None):
 def check_ambient(light):
     """Finite, not negative, in proportion to Ka, and the same every time: it has no other argument."""
 
-    @ti.kernel
-    def reflected(ka: tm.vec3) -> tm.vec3:
-        return light.reflected(ti.Struct(Ka=ka))
+    @ti.func
+    def reflected(ka):
+        return light.reflected(ti.Struct(Ka=tm.vec3(ka)))
 
-    one, none, twice = (np.array(reflected(ti.Vector([k] * 3))) for k in (1.0, 0.0, 2.0))
+    one, none, twice = Rows(reflected, [1], [3])([1.0, 0.0, 2.0])
     assert ((one >= 0) & (one < np.inf)).all(), f"{light.name}: reflected is {one}"
     assert not none.any(), f"{light.name}: a surface without ambient colour shows {none}"
     np.testing.assert_allclose(twice, 2 * one, rtol=VALUE_TOLERANCE, err_msg=light.name)

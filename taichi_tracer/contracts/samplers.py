@@ -10,8 +10,16 @@ from types import SimpleNamespace
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.contracts.statistics import ALPHA, chi_square_p, largest_z, sidak
-from taichi_tracer.contracts.tails import chi_square_sf, student_sf, uniform_p
+from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.statistics import (
+    ALPHA,
+    chi_square_p,
+    chi_square_sf,
+    largest_z,
+    sidak,
+    student_sf,
+    uniform_p,
+)
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system import runtime
 
@@ -31,18 +39,6 @@ def _pairs(sampler: ti.template(), seed: ti.u32, keys: ti.types.ndarray(ndim=2),
         for dimension in range(out.shape[1]):
             pair = rng.next_2d()
             out[i, dimension, 0], out[i, dimension, 1] = pair.x, pair.y
-
-
-@ti.kernel
-def _by_turns(sampler: ti.template(), keys: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
-    for i in range(keys.shape[0]):
-        rng = sampler.start(ti.u32(0), keys[i, 0], keys[i, 1], ti.cast(keys[i, 2], ti.u32))
-        first = rng.next_2d()
-        out[i, 0], out[i, 1] = first.x, first.y
-        out[i, 2] = rng.next_1d()
-        out[i, 3] = rng.next_1d()
-        second = rng.next_2d()
-        out[i, 4], out[i, 5] = second.x, second.y
 
 
 def bound(sampler, width=WIDTH, height=HEIGHT):
@@ -168,8 +164,15 @@ def _correlations(a, b):
 
 def check_dimensions_advance(sampler):
     """``next_2d``, ``next_1d``, ``next_1d``, ``next_2d`` give six numbers that have nothing to do with each other."""
-    found = np.zeros((WIDTH * HEIGHT, 6), runtime.dtype())
-    _by_turns(sampler, np.ascontiguousarray(keys_of_pixels(), np.int32), found)
+
+    @ti.func
+    def by_turns(x, y, index):
+        rng = sampler.start(ti.u32(0), x, y, ti.cast(index, ti.u32))
+        first = rng.next_2d()
+        second, third = rng.next_1d(), rng.next_1d()
+        return first, second, third, rng.next_2d()
+
+    found = np.column_stack(Rows(by_turns, [WHOLE] * 3, [2, 1, 1, 2])(*keys_of_pixels().T))
     assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
     assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
     r = np.corrcoef(found.T.astype(np.float64))[np.triu_indices(6, 1)]

@@ -4,25 +4,11 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.contracts.lab import Rows
+
 STEPS = 4000
 ROUNDING = 1e-12  # by which the last steps of a curve in float64 may go back
 KERNEL_TOLERANCE = 4e-6  # of f32
-
-
-@ti.data_oriented
-class Bench:
-    """A curve, to be asked by kernels, as the window does."""
-
-    def __init__(self, tone):
-        self.tone = tone
-
-    @ti.kernel
-    def ask(self, tone: ti.template(), x: ti.types.ndarray(ndim=1), out: ti.types.ndarray(ndim=2)):
-        """Write the curve of each number into the first channel, of 0 and of white into the others."""
-        for i in range(x.shape[0]):
-            value = tone.curve(tm.vec3(x[i], 0.0, x[x.shape[0] - 1]))
-            for k in ti.static(range(3)):
-                out[i, k] = value[k]
 
 
 def places(tone):
@@ -42,8 +28,12 @@ def check_tone(tone):
     assert y[0] == 0, f"{tone.name}: 0 becomes {y[0]}"
     assert abs(y[-1] - 1) < 1e-6, f"{tone.name}: white, {tone.white:g}, becomes {y[-1]}"
     assert (np.diff(y) >= -ROUNDING).all(), f"{tone.name}: it decreases at {x[np.diff(y).argmin()]:.3g}"
-    out = np.zeros((len(x), 3), np.float32)
-    Bench(tone).ask(tone, x.astype(np.float32), out)
+
+    @ti.func
+    def of_kernels(value):
+        return tone.curve(tm.vec3(value, 0.0, tone.white))
+
+    out = Rows(of_kernels, [1], [3])(x)
     off = np.abs(out[:, 0] - y).max()
     assert off < KERNEL_TOLERANCE, f"{tone.name}: a kernel and Python differ by {off:.2g}"
     assert (out[:, 1] == 0).all(), f"{tone.name}: the channels are mixed"

@@ -4,9 +4,8 @@ It is compared with the linear system in float64, on triangles and directions of
 """
 
 import numpy as np
-import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.system import runtime
 
 COUNT = 20_000
@@ -16,25 +15,10 @@ ROUNDINGS = 1e3
 MARGIN = 1e-2  # of the barycentrics from an edge, where inside and outside are beyond doubt
 
 
-@ti.kernel
-def _solve(solve: ti.template(), rows: ti.types.ndarray(ndim=3), out: ti.types.ndarray(ndim=2)):
-    for i in range(rows.shape[0]):
-        o, d = _vec3(rows, i, 0), _vec3(rows, i, 1)
-        is_inside, t, u, v, det = solve(o, d, _vec3(rows, i, 2), _vec3(rows, i, 3), _vec3(rows, i, 4))
-        out[i, 0] = ti.select(is_inside, 1.0, 0.0)
-        out[i, 1], out[i, 2], out[i, 3], out[i, 4] = t, u, v, det
-
-
-@ti.func
-def _vec3(rows: ti.template(), i, k: ti.template()):
-    return tm.vec3(rows[i, k, 0], rows[i, k, 1], rows[i, k, 2])
-
-
 def solved(test, rows):
     """is_inside (N,) bool and (t, u, v, det) (N, 4) float64 of (N, 5, 3) rows o, d, v0, v1, v2."""
-    out = np.zeros((len(rows), 5), runtime.dtype())
-    _solve(test.solve, np.ascontiguousarray(rows, runtime.dtype()), out)
-    return out[:, 0] == 1, out[:, 1:].astype(np.float64)
+    inside, *found = Rows(test.solve, [3] * 5, [WHOLE, 1, 1, 1, 1])(*rows.transpose(1, 0, 2))
+    return inside != 0, np.column_stack(found)
 
 
 def exact(rows):

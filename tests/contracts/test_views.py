@@ -3,15 +3,12 @@
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import ARCH
 
 import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.contracts import views
-from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.runtime import F64_ARCHS
 
-pytestmark = pytest.mark.skipif(ARCH not in F64_ARCHS, reason=f"{ARCH} has no f64, with which f32 is compared")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def is_view(part):
@@ -56,17 +53,6 @@ class ColouredMisses(tt.View):
 
 
 @ti.data_oriented
-class Rounding(tt.View):
-    """The last bits of a distance, which are those of the precision."""
-
-    name = "broken: shows rounding"
-
-    @ti.func
-    def color(self, hit):
-        return tm.vec3(tm.fract(hit.distance * 1e6))
-
-
-@ti.data_oriented
 class Dice(tt.View):
     name = "broken: another colour each time"
 
@@ -80,32 +66,15 @@ BROKEN = {
     TooBright: "is above 1",
     Negative: "is below 0",
     ColouredMisses: "a miss is not black",
-    Rounding: "differ between f32 and f64|is below 0",  # the latter with one rounding
     Dice: "the second picture differs",
 }
 
 
-ALIKE = "triangle_id", "distance", "barycentric"  # views that share their code with another
+@every("integrator", is_view, alike=("triangle_id", "distance", "barycentric"))  # they share their code with another
+def test_view(part):
+    views.check_view(part)
 
 
-@pytest.fixture(scope="module")
-def shots():
-    """Pictures of the views, from one scene in each precision."""
-    return views.shots_of([one for one in PARTS.all("integrator") if is_view(one) and one.name not in ALIKE])
-
-
-@every("integrator", is_view, ALIKE)
-def test_view(part, shots):
-    views.check_view(part, shots)
-
-
-@pytest.fixture(scope="module")
-def broken_shots():
-    """Pictures of the broken ones."""
-    return views.shots_of([cls() for cls in BROKEN])
-
-
-@pytest.mark.slow
 @broken_parts(BROKEN)
-def test_broken_view_is_found(broken, reason, broken_shots):
-    check_fails(broken, lambda part: views.check_view(part, broken_shots), reason)
+def test_broken_view_is_found(broken, reason):
+    check_fails(broken, views.check_view, reason)
