@@ -11,26 +11,22 @@ matter. After ``# BEGIN SOLUTION NO PROMPT``, nothing takes its place. A text be
 
 import ast
 import re
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 from taichi_tracer.system.errors import InputError
 
-BEGIN = re.compile(r"^(\s*)#+\s*BEGIN SOLUTION(\s+NO PROMPT)?\s*$")
-END = re.compile(r"^\s*#+\s*END SOLUTION\s*$")
-BEGIN_PROMPT = re.compile(r'^\s*"""\s*#+\s*BEGIN PROMPT\s*$')
-END_PROMPT = re.compile(r'^\s*"""\s*;?\s*#+\s*END PROMPT\s*$')
+TAG = re.compile(r'^\s*(?:"""\s*;?\s*)?#+\s*(BEGIN|END) (SOLUTION|PROMPT)\b')
+SOLUTION = re.compile(
+    r"""
+    ^(?P<indent>[ ]*)\#+[ ]*BEGIN[ ]SOLUTION(?P<bare>[ ]+NO[ ]PROMPT)?[ ]*\n
+    (?P<lines>(?:(?![ ]*\#+[ ]*BEGIN[ ]SOLUTION).*\n)*?)
+    [ ]*\#+[ ]*END[ ]SOLUTION[ ]*\n
+    (?:[ ]*\"{3}[ ]*\#+[ ]*BEGIN[ ]PROMPT[ ]*\n (?P<prompt>(?:.*\n)*?) [ ]*\"{3}[ ]*;?[ ]*\#+[ ]*END[ ]PROMPT[ ]*\n)?
+    """,
+    re.MULTILINE | re.VERBOSE,
+)
 
 PLACE, CALL = "# YOUR CODE HERE", "tt.teaching.not_written("
 REMINDER = "# delete this line when the method is written"
-
-
-class Solution(NamedTuple):
-    """What stands between two tags, and what takes its place: for students, and for otter-grader."""
-
-    lines: list[str]
-    stub: list[str]
-    otter: list[str]
 
 
 def stub_of(source: str, name: str) -> str:
@@ -42,49 +38,39 @@ def stub_of(source: str, name: str) -> str:
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    text = written(source, name, lambda solution: solution.stub)
+    text = written(source, name, "stub")
     return with_package(text) if CALL in text else text
 
 
 def solved(source: str, name: str) -> str:
     """The tagged file without its tags and prompts."""
-    return written(source, name, lambda solution: solution.lines)
+    return written(source, name, "solved")
 
 
 def for_otter(source: str, name: str) -> str:
     """The tagged file with the tags of otter-grader: what replaces a solution stands behind it, as a text."""
-    return with_package(written(source, name, lambda solution: solution.otter))
+    return with_package(written(source, name, "otter"))
 
 
-def written(source: str, name: str, choice: Callable[[Solution], list[str]]) -> str:
-    """The file with one form of each solution in it."""
-    lines = []
-    for piece in pieces(source, name):
-        lines += [piece] if isinstance(piece, str) else choice(piece)
-    return "\n".join(lines) + "\n"
+def written(source: str, name: str, form: str) -> str:
+    """The file with each solution in one form: "solved", "stub" or "otter"."""
+    source, owners = source.rstrip("\n") + "\n", methods_by_line(source, name)
+    rest = SOLUTION.sub(lambda found: "\n" * found[0].count("\n"), source)  # whose lines have the same numbers
+    for number, line in enumerate(rest.splitlines(), start=1):
+        if tag := TAG.match(line):
+            other = "an END {} after it" if tag[1] == "BEGIN" else "a BEGIN {} before it"
+            raise InputError(f"{name}:{number}: {tag[1]} {tag[2]} without {other.format(tag[2])}")
 
+    def replaced(found: re.Match) -> str:
+        """One form of what stands between two tags."""
+        indent, method = found["indent"], owners.get(source.count("\n", 0, found.start()) + 1, "")
+        stub = found["prompt"] or f"{indent}{PLACE}\n"
+        stub += f'{indent}{CALL}"{method}")  {REMINDER}\n' if method else ""
+        prompt = "" if found["bare"] else f'{indent}""" # BEGIN PROMPT\n{stub}{indent}""" # END PROMPT\n'
+        otter = f"{indent}# BEGIN SOLUTION NO PROMPT\n{found['lines']}{indent}# END SOLUTION\n{prompt}"
+        return {"solved": found["lines"], "stub": "" if found["bare"] else stub, "otter": otter}[form]
 
-def pieces(source: str, name: str) -> Iterator[str | Solution]:
-    """The lines and the solutions of a tagged file."""
-    lines, owners = source.splitlines(), methods_by_line(source, name)
-    i = 0
-    while i < len(lines):
-        begin = BEGIN.match(lines[i])
-        if begin is None:
-            if END.match(lines[i]):
-                raise InputError(f"{name}:{i + 1}: END SOLUTION without a BEGIN SOLUTION before it")
-            yield lines[i]
-            i += 1
-            continue
-        end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
-        prompt, after = prompt_after(lines, end + 1, name)
-        solution, indent, method = lines[i + 1 : end], begin.group(1), owners.get(i + 1, "")
-        stub = (prompt or [f"{indent}{PLACE}"]) + [f'{indent}{CALL}"{method}")  {REMINDER}'] * bool(method)
-        otter = [f"{indent}# BEGIN SOLUTION NO PROMPT", *solution, f"{indent}# END SOLUTION"]
-        if begin.group(2) is None:
-            otter += [f'{indent}""" # BEGIN PROMPT', *stub, f'{indent}""" # END PROMPT']
-        yield Solution(solution, stub if begin.group(2) is None else [], otter)
-        i = after
+    return SOLUTION.sub(replaced, source)
 
 
 def with_package(text: str) -> str:
@@ -99,24 +85,6 @@ def with_package(text: str) -> str:
     at = (before[0].end_lineno or 0) if before else 0
     gap = "" if imports else "\n"
     return "".join([*lines[:at], gap * bool(before), "import taichi_tracer as tt\n", *lines[at:]])
-
-
-def partner(lines: list[str], first: int, pattern: re.Pattern, message: str) -> int:
-    """The next line after ``first`` that has a tag, before another solution begins; an InputError without one."""
-    for i in range(first + 1, len(lines)):
-        if pattern.match(lines[i]):
-            return i
-        if BEGIN.match(lines[i]):
-            break
-    raise InputError(message)
-
-
-def prompt_after(lines: list[str], first: int, name: str) -> tuple[list[str], int]:
-    """(the lines of a prompt that begins at ``first``, the line after it); without a prompt, ([], first)."""
-    if first >= len(lines) or not BEGIN_PROMPT.match(lines[first]):
-        return [], first
-    end = partner(lines, first, END_PROMPT, f"{name}:{first + 1}: BEGIN PROMPT without an END PROMPT after it")
-    return lines[first + 1 : end], end + 1
 
 
 def methods_by_line(source: str, name: str) -> dict[int, str]:

@@ -7,13 +7,14 @@ because headers can lie), or if its names are not unique. What operating systems
 """
 
 import hashlib
+import io
 import re
 import stat
 import struct
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -30,7 +31,8 @@ CHUNK = 1 << 16  # bytes that are unpacked at a time
 IGNORED = ("__MACOSX", "__pycache__", ".git", ".ipynb_checkpoints", ".idea", ".vscode", ".venv")
 IGNORED_FILES = (".DS_Store", "Thumbs.db", "desktop.ini")
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".bz2", ".xz", ".7z", ".rar", ".whl", ".jar")
-END_OF_ZIP, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 1 << 16
+END_OF_ZIP, END_SIZE = b"PK\x05\x06", 22
+Entry = tuple[str, Iterable[bytes] | None]  # a path, and the bytes of a file; None of a folder
 IS_ENCRYPTED = 1
 ID = re.compile(r"(?<!\d)\d{9}(?!\d)")  # a student's number
 
@@ -67,16 +69,10 @@ class Submission:
 
 @dataclass
 class Unpacked:
-    """The files of a submission.
-
-    Attributes:
-        folder: the folder that has the files of the assignment. notes: what the report says about the files.
-        imports: what goes against the rule of imports, one sentence each.
-    """
+    """The folder that has the files of an assignment, and what the report says about them."""
 
     folder: Path
     notes: list[str] = field(default_factory=list)
-    imports: list[str] = field(default_factory=list)
 
 
 # ── which submissions there are ──
@@ -135,112 +131,77 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> Unpacke
         RefusedError: the submission is not as it may be. What was written until then stays in ``target``.
     """
     target.mkdir(parents=True)
-    if submitted.path.is_dir():
-        copy_folder(submitted.path, target)
-    else:
-        unpack_zip(submitted.path, target)
-    return look_at(target, files)
-
-
-class EntryNames:
-    """The names of the entries so far: at most so many, each a plain path within the folder, no two alike."""
-
-    def __init__(self) -> None:
-        self._seen: dict[str, str] = {}
-        self.count = 0
-
-    def path(self, name: str) -> PurePosixPath:
-        """The path of an entry below the target."""
-        self.count += 1
-        if self.count > MOST_ENTRIES:
-            raise RefusedError(f"it has more than {MOST_ENTRIES} files")
-        plain = unicodedata.normalize("NFC", name.replace("\\", "/"))
-        if len(plain) > LONGEST_NAME or not plain.isprintable():
-            raise RefusedError(f"the name {shown(name)} is too long, or has characters that cannot be printed")
-        path = PurePosixPath(plain)
-        if plain.startswith("/") or re.match("[A-Za-z]:", plain):
-            raise RefusedError(f"{shown(name)} is an absolute path")
-        if ".." in path.parts:
-            raise RefusedError(f"{shown(name)} leads out of the folder")
-        return path
-
-    def check_unique(self, path: PurePosixPath) -> None:
-        """Raise a RefusedError if a file has the name of another one, capital letters or not, or of its folder."""
-        folded = str(path).casefold()
-        if folded in self._seen:
-            other = self._seen[folded]
-            what = "twice" if other == str(path) else f"beside {shown(other)}: the names differ only in capital letters"
-            raise RefusedError(f"{shown(path)} is in it {what}")
-        self._seen[folded] = str(path)
-
-
-class Room:
-    """Counts the bytes that were really written."""
-
-    def __init__(self, most: int) -> None:
-        self.left, self.most = most, most
-
-    def take(self, count: int) -> None:
-        """Raise a RefusedError if so many bytes do not fit any more."""
-        self.left -= count
-        if self.left < 0:
-            raise RefusedError(f"its files have more than {self.most >> 20} MB")
-
-
-def unpack_zip(path: Path, target: Path) -> None:
-    """Unpack a zip file, entry by entry."""
-    check_end(path)
-    names, room = EntryNames(), Room(MOST_BYTES)
+    entries = entries_of_folder if submitted.path.is_dir() else entries_of_zip
+    seen: set[str] = set()
+    count, left = 0, MOST_BYTES
     try:
-        with zipfile.ZipFile(path) as archive:
-            for entry in archive.infolist():
-                place = names.path(entry.filename)
-                check_kind(entry)
-                if entry.is_dir() or entry.filename.endswith("\\") or is_ignored(place):
-                    continue
-                names.check_unique(place)
-                check_not_archive(place.name)
-                write(entry_chunks(archive, entry), target, place, room)
+        for name, chunks in entries(submitted.path):
+            count += 1
+            if count > MOST_ENTRIES:
+                raise RefusedError(f"it has more than {MOST_ENTRIES} files")
+            place = place_of(name)
+            if chunks is None or is_ignored(place):
+                continue
+            if place.name.casefold().endswith(ARCHIVES):
+                raise RefusedError(f"{shown(place)} is an archive within the archive: hand in the files themselves")
+            if str(place).casefold() in seen:
+                raise RefusedError(f"{shown(place)} is in it twice, capital letters or not")
+            seen.add(str(place).casefold())
+            path = target.joinpath(*place.parts)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("xb") as file:
+                for chunk in chunks:
+                    left -= len(chunk)
+                    if left < 0:
+                        raise RefusedError(f"its files have more than {MOST_BYTES >> 20} MB")
+                    file.write(chunk)
+    except (FileExistsError, NotADirectoryError, IsADirectoryError):
+        raise RefusedError(f"{shown(place)} is a file and a folder at once") from None
     except RefusedError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError) as error:
         raise RefusedError(f"it is no readable zip file ({type(error).__name__}: {shown(error)})") from None
+    return look_at(target, files)
 
 
-def check_end(path: Path) -> None:
-    """Raise a RefusedError if the file is too large, or has no list of entries of reasonable size at its end."""
+def place_of(name: str) -> PurePosixPath:
+    """The path of an entry below the target; a RefusedError if it is none."""
+    plain = unicodedata.normalize("NFC", name.replace("\\", "/"))
+    path = PurePosixPath(plain)
+    if len(plain) > LONGEST_NAME or not plain.isprintable():
+        raise RefusedError(f"the name {shown(name)} is too long, or has characters that cannot be printed")
+    if plain.startswith("/") or re.match("[A-Za-z]:", plain):
+        raise RefusedError(f"{shown(name)} is an absolute path")
+    if ".." in path.parts:
+        raise RefusedError(f"{shown(name)} leads out of the folder")
+    return path
+
+
+def entries_of_zip(path: Path) -> Iterator[Entry]:
+    """The entries of a zip file, whose list of entries has a reasonable size."""
     size = path.stat().st_size
     if size > MOST_PACKED:
         raise RefusedError(f"the file has {size >> 20} MB, and {MOST_PACKED >> 20} MB are allowed")
-    with path.open("rb") as file:
-        file.seek(max(0, size - END_SIZE - LONGEST_COMMENT))
-        tail = file.read()
-    at = tail.rfind(END_OF_ZIP)
-    if at < 0 or len(tail) - at < END_SIZE:
+    data = path.read_bytes()
+    at = data.rfind(END_OF_ZIP)
+    if at < 0 or size - at < END_SIZE:
         raise RefusedError("it is no zip file")
-    entries, length = struct.unpack_from("<10xHI", tail, at)
+    entries, length = struct.unpack_from("<10xHI", data, at)
     if entries > MOST_ENTRIES or length > MOST_DIRECTORY:
         raise RefusedError(f"it has more than {MOST_ENTRIES} files")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        for entry in archive.infolist():
+            if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
+                raise RefusedError(f"{shown(entry.filename)} is a link or a device")
+            if entry.flag_bits & IS_ENCRYPTED:
+                raise RefusedError(f"{shown(entry.filename)} has a password")
+            if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise RefusedError(f"{shown(entry.filename)} is packed in an unusual way; use the usual one, deflate")
+            is_folder = entry.is_dir() or entry.filename.endswith("\\")
+            yield entry.filename, None if is_folder else chunks_of(archive, entry)
 
 
-def check_kind(entry: zipfile.ZipInfo) -> None:
-    """Raise a RefusedError for links, devices, and what needs a password or an unusual packer."""
-    kind = stat.S_IFMT(entry.external_attr >> 16)
-    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise RefusedError(f"{shown(entry.filename)} is a link or a device")
-    if entry.flag_bits & IS_ENCRYPTED:
-        raise RefusedError(f"{shown(entry.filename)} has a password")
-    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise RefusedError(f"{shown(entry.filename)} is packed in an unusual way; use the usual one, deflate")
-
-
-def check_not_archive(name: str) -> None:
-    """Raise a RefusedError for an archive within an archive."""
-    if name.casefold().endswith(ARCHIVES):
-        raise RefusedError(f"{shown(name)} is an archive within the archive: hand in the files themselves")
-
-
-def entry_chunks(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
+def chunks_of(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
     """The bytes of an entry; a RefusedError as soon as they are too many for its packed size."""
     total = 0
     with archive.open(entry) as file:
@@ -251,34 +212,17 @@ def entry_chunks(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[b
             yield chunk
 
 
-def copy_folder(source: Path, target: Path) -> None:
-    """Copy the plain files of a folder; links are not followed."""
-    names, room = EntryNames(), Room(MOST_BYTES)
-    for file in sorted(source.rglob("*")):
-        relative = PurePosixPath(file.relative_to(source).as_posix())
+def entries_of_folder(folder: Path) -> Iterator[Entry]:
+    """The entries of a folder; links are not followed."""
+    for file in sorted(folder.rglob("*")):
+        relative = PurePosixPath(file.relative_to(folder).as_posix())
         if is_ignored(relative):
             continue
-        place = names.path(str(relative))
         if file.is_symlink() or not (file.is_dir() or file.is_file()):
             raise RefusedError(f"{shown(relative)} is a link or a device")
-        if file.is_file():
-            names.check_unique(place)
-            check_not_archive(place.name)
-            with file.open("rb") as data:
-                write(iter(lambda data=data: data.read(CHUNK), b""), target, place, room)
-
-
-def write(chunks: Iterator[bytes], target: Path, place: PurePosixPath, room: Room) -> None:
-    """Write one file below the target, as long as there is room."""
-    path = target.joinpath(*place.parts)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("xb") as file:
-            for chunk in chunks:
-                room.take(len(chunk))
-                file.write(chunk)
-    except (FileExistsError, NotADirectoryError, IsADirectoryError):
-        raise RefusedError(f"{shown(place)} is a file and a folder at once") from None
+        if file.stat().st_size > MOST_BYTES:
+            raise RefusedError(f"its files have more than {MOST_BYTES >> 20} MB")
+        yield str(relative), None if file.is_dir() else [file.read_bytes()]
 
 
 def shown(name: object) -> str:
