@@ -21,6 +21,7 @@ import numpy as np
 from make_environments import environments
 from make_forest import forest
 from make_gltf_scenes import ggx_spheres, globe
+from make_still_life import still_life
 
 FOLDER = Path(__file__).resolve().parent
 CENTRE = np.array([0.0, 1.0, 0.0])  # what the course's camera looks at
@@ -621,6 +622,7 @@ def contents():
     makers += (veach_plates, caustic_sphere, many_lights, white_room, environments)
     for make in makers:
         files.update(make())
+    files |= still_life((geodesic_sphere, torus_knot), cos_sin, hashed, obj_rows, mtl_text)
     return files | ggx_spheres(ring_sphere) | globe(cos_sin) | forest()
 
 
