@@ -5,6 +5,8 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
+from site_pictures import FOLDER, PACKAGE  # noqa: E402
+
 import taichi_tracer  # noqa: E402
 
 project, author, language = "taichi_tracer", "the authors of taichi_tracer", "en"
@@ -23,7 +25,9 @@ myst_fence_as_directive = ["math"]
 html_math_renderer = "mathml"
 myst_heading_anchors = 4
 nb_merge_streams = True  # what a loop prints is one output
-nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "force", 300, True
+# A notebook is executed again when it or the package has changed.
+nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "cache", 300, True
+nb_execution_cache_path = str(FOLDER / f"notebooks_{PACKAGE.hex()[:16]}")
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units
 html_theme, html_title = "furo", "taichi_tracer"

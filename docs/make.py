@@ -27,16 +27,18 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = "docs/images/"
 COMMANDS = "taichi-tracer render ", "taichi-tracer samples "  # those that write pictures
+SLOW = "--denoise"  # commands with this option take minutes, and are run with --measured only
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def commands() -> list[list[str]]:
+def commands(is_slow: bool = False) -> list[list[str]]:
     """The words of every command of the documents that writes into docs/images, each once."""
     found = []
     for path in DOCUMENTS:
         for block in re.findall(r"```sh\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
             lines = (shlex.split(line) for line in block.splitlines() if line.startswith(COMMANDS))
             found += [words[1:] for words in lines if "-o" in words and words[-1].startswith(IMAGES)]
+    found = [words for words in found if is_slow or SLOW not in words]
     return [words for i, words in enumerate(found) if words not in found[:i]]
 
 
@@ -167,8 +169,76 @@ def unseen_light(path: Path) -> None:
     pictures([str(path)])
 
 
+# The boxes of the diagram: x, y, the title, the folder or file, and whether it is a part that can be replaced.
+BOXES = {
+    "file": (20, 40, "scene file", "files/", False),
+    "scene": (20, 150, "scene", "scene_data.py", False),
+    "environment": (20, 260, "environment", "environment.py", True),
+    "camera": (230, 40, "camera", "camera.py", True),
+    "integrator": (230, 150, "integrator", "integrators/", True),
+    "lights": (230, 260, "lights", "lights/", True),
+    "sampler": (440, 40, "sampler", "samplers/", True),
+    "intersector": (440, 150, "intersector", "intersectors/", True),
+    "brdf": (440, 260, "BRDF", "brdfs/", True),
+    "film": (650, 40, "film", "picture/film.py", False),
+    "error": (650, 150, "error", "error_estimate.py", False),
+    "picture": (650, 260, "file, window, page", "files/, apps/", False),
+}
+WIDE, HIGH = 150, 56
+# From, to, and what is passed on.
+ARROWS = [
+    ("file", "scene", "mesh"),
+    ("environment", "scene", ""),
+    ("scene", "integrator", ""),
+    ("camera", "integrator", "ray"),
+    ("integrator", "intersector", "ray, hit"),
+    ("integrator", "lights", "light"),
+    ("integrator", "brdf", ""),
+    ("sampler", "camera", "ξ"),
+    ("integrator", "film", ""),
+    ("film", "error", "samples"),
+    ("error", "picture", "mean"),
+]
+
+
+def architecture(path: Path) -> None:
+    """The parts of the package, and what they pass to each other."""
+
+    def border(box: tuple[int, int], other: tuple[int, int]) -> tuple[float, float]:
+        """Where the line between the middles of two boxes leaves the first one."""
+        dx, dy = other[0] - box[0], other[1] - box[1]
+        share = min(WIDE / 2 / abs(dx) if dx else 9, HIGH / 2 / abs(dy) if dy else 9)
+        return box[0] + share * dx, box[1] + share * dy
+
+    lines = [
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 820 356" font-family="sans-serif" text-anchor="middle">',
+        '<marker id="tip" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto">',
+        '<path d="M0 0 8 4 0 8z" fill="#456"/></marker><rect width="820" height="356" fill="#fff"/>',
+    ]
+    middle = {name: (x + WIDE // 2, y + HIGH // 2) for name, (x, y, *_) in BOXES.items()}
+    for start, end, what in ARROWS:
+        (x0, y0), (x1, y1) = border(middle[start], middle[end]), border(middle[end], middle[start])
+        lines.append(
+            f'<path d="M{x0:.0f} {y0:.0f} {x1:.0f} {y1:.0f}" stroke="#456" stroke-width="1.5" marker-end="url(#tip)"/>'
+        )
+        shift = (0, -7) if y0 == y1 else (32, 4)
+        x, y = (x0 + x1) / 2 + shift[0], (y0 + y1) / 2 + shift[1]
+        lines.append(f'<text x="{x:.0f}" y="{y:.0f}" font-size="12" fill="#456">{what}</text>' if what else "")
+    for x, y, title, place, is_part in BOXES.values():
+        fill = "#fde9c9" if is_part else "#e3ecf5"
+        lines.append(f'<rect x="{x}" y="{y}" width="{WIDE}" height="{HIGH}" rx="8" fill="{fill}" stroke="#456"/>')
+        lines.append(f'<text x="{x + WIDE // 2}" y="{y + 24}" font-size="15" fill="#123">{title}</text>')
+        lines.append(f'<text x="{x + WIDE // 2}" y="{y + 43}" font-size="12" fill="#345">{place}</text>')
+    lines.append('<text x="410" y="18" font-size="13" fill="#345">yellow: parts that you can replace</text></svg>')
+    path.write_text("\n".join(line for line in lines if line) + "\n", encoding="utf-8")
+
+
 # Name → what makes the picture at a path. The first table takes seconds; the second takes longer, or measures times.
-OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertight.png": leaks("watertight")}
+OTHERS = {
+    "architecture.svg": architecture,
+    "leaks_moller_trumbore.png": leaks("moller_trumbore"),
+    "leaks_watertight.png": leaks("watertight"),
+}
 MEASURED = {
     "accuracy_cornell_box.png": accuracy("cornell_box"),
     "accuracy_bounces.png": accuracy("cornell_box", "--max-bounces", "0,1,2,3,5,8,16,64"),
@@ -179,7 +249,7 @@ MEASURED = {
 
 def make(folder: Path, measured: bool = False) -> Iterator[Path]:
     """Make all pictures in a folder, one after the other."""
-    for words in commands():
+    for words in commands(measured):
         yield from render(words, folder)
     for document in programs():
         yield from run_program(document, folder)
@@ -190,6 +260,8 @@ def make(folder: Path, measured: bool = False) -> Iterator[Path]:
 
 def share_that_differs(made: Path, kept: Path) -> float:
     """The share of the pixels that differ between two pictures; 1 if their sizes do."""
+    if made.suffix == ".svg":
+        return float(made.read_bytes() != kept.read_bytes())
     one, other = (np.asarray(Image.open(path).convert("RGB")) for path in (made, kept))
     return float((one != other).any(axis=2).mean()) if one.shape == other.shape else 1.0
 

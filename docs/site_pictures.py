@@ -1,4 +1,4 @@
-"""Pictures of the site that are made while it is built, each with its command, its error and its seconds.
+"""Pictures of the site that are made while it is built, each with its command and its seconds.
 
     ```{picture} taichi-tracer render cornell_box --estimator path --size 480x360
     :alt: what somebody hears who cannot see it
@@ -65,12 +65,12 @@ def make(command: str) -> None:
         made.rename(place)
 
 
-def told_by(command: str) -> str:
-    """What the command printed about its picture, without the place of the file."""
+def facts_of(command: str) -> str:
+    """Size, samples and seconds of a picture, as the command printed them."""
     line = place_of(command).with_suffix(".txt").read_text(encoding="utf-8")
     what, _, times = line.partition(": ")[2].partition(" (start ")
     total = re.search(r"total ([\d.]+ s)", times)
-    return what + (f", {total[1]} in all" if total else "")
+    return what.partition(", error ")[0] + (f", {total[1]}" if total else "")
 
 
 def make_all(app: Sphinx) -> None:
@@ -95,11 +95,11 @@ class PictureOfCommand(Directive):
     def run(self) -> list[nodes.Node]:
         """The figure."""
         command = self.arguments[0].removeprefix("taichi-tracer ")
-        figure = nodes.figure()
+        figure = nodes.figure(classes=["shot"])
         figure += nodes.image(uri=f"/_made/{place_of(command).name}", alt=self.options["alt"])
         figure += nodes.caption(text=" ".join(self.content))
         code = nodes.literal_block(text=f"taichi-tracer {command}", language="sh")
-        figure += nodes.legend("", code, nodes.paragraph(text=told_by(command)))
+        figure += nodes.legend("", code, nodes.paragraph(text=facts_of(command)))
         return [figure]
 
 
