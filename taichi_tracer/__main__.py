@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-USER_ERROR = 2  # exit code, as in ``apps.words``
+USER_ERROR = 2  # exit code, as in ``apps.notes``
 
 # New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of
 # the time until the first picture, because modules and the syntax trees of kernels are many objects that stay.

@@ -19,6 +19,7 @@ from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_optio
 from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
+from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
@@ -28,12 +29,11 @@ from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up
-from taichi_tracer.values import MAP_OF
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
 
-USUALLY_MEASURED = MAP_OF.default  # what is measured when nobody says it
+USUALLY_MEASURED: str = OPTIONS["map_of"].usual  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
 COVERED = 99.5  # percent of the pixels that the automatic scale covers
 TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many tiles, of at least so many pixels a side
@@ -54,7 +54,7 @@ class MapRenderer(ProgressiveRenderer):
     """
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
-    value_names = MAP_OF.name, *DEFAULTS
+    value_names = "of", *DEFAULTS
 
     @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
@@ -117,7 +117,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def values(self) -> dict[str, Any]:
         """What is measured, and how long its paths are."""
-        return {MAP_OF.name: self.of, **self.path_settings.facts()}
+        return {"of": self.of, **self.path_settings.facts()}
 
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
@@ -128,7 +128,7 @@ class MapRenderer(ProgressiveRenderer):
         """Change a value of ``controls``."""
         if name in DEFAULTS:
             self.path_settings.set(**{name: value})
-        elif name == MAP_OF.name:
+        elif name == "of":
             self.of = value
         else:
             self.measured.change(name, value)

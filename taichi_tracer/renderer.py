@@ -10,18 +10,18 @@ import taichi as ti
 
 from taichi_tracer import modes
 from taichi_tracer.files.picture import Picture
-from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.picture.postprocessed import PostprocessedMixin
 from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
 from taichi_tracer.system.threads import inside_kernel
-from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, USUAL_LIGHT, WEIGHTS
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -42,7 +42,7 @@ class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
 
     name, what = "A1Renderer", "view"
-    value_names = (MAX_DISTANCE.name,)
+    value_names = ("max_distance",)
     r, g, b = (factor / ID_COLOR_UNIT for factor in ID_COLOR)
 
     ShadeMode = modes.ShadeMode
@@ -222,7 +222,7 @@ class A3Renderer(A2Renderer):
 
     name, first = "A3Renderer", "mis"
     asked = "environment", "mis"
-    value_names = tuple(value.name for value in WEIGHTS)
+    value_names = tuple(usual_values(WEIGHTS))
 
     SampleMode = modes.LampSampleMode
 
@@ -298,7 +298,7 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     name, what, first, jitters = "A4Renderer", "path", "path", True
     asked = "implicit", "explicit"
-    value_names = tuple(value.name for value in OF_PATHS)
+    value_names = tuple(DEFAULTS)
 
     ShadingMode = modes.ShadingMode
 

@@ -3,13 +3,14 @@
 from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from taichi_tracer.apps import agreement
-from taichi_tracer.apps.requests import CameraRequest, up_axis_of
+from taichi_tracer.apps.pictures import camera_for, check
 from taichi_tracer.apps.running import Interruption, written_bytes
-from taichi_tracer.apps.words import given, request_from
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.studies import accuracy_report, variants
 from taichi_tracer.studies.source import Source
 from taichi_tracer.studies.study import Measurement
@@ -24,12 +25,12 @@ class ViewChange:
     It is a class and no function within a function, because it is sent to other processes.
     """
 
-    camera: CameraRequest
+    settings: RenderSettings
     aspect: float
 
     def __call__(self, view: dict) -> dict:
         """The parameters of the camera."""
-        return self.camera.applied_to(view, self.aspect)
+        return camera_for(self.settings, view, self.aspect)
 
 
 def run(args: Namespace) -> int:
@@ -55,7 +56,7 @@ def run(args: Namespace) -> int:
             started=args.started,
             tell=bar.show,
             should_stop=lambda: interruption.number is not None,
-            **given(arch=args.arch),
+            **settings_of(args).given("arch"),
         ).run()
         print("\n".join(accuracy_report.as_text(study)))
         if report is not None:
@@ -66,23 +67,29 @@ def run(args: Namespace) -> int:
 
 def plan_of(args: Namespace) -> list[variants.Variant]:
     """The variants that the options ask for."""
-    knobs = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
+    knobs: dict[str, Any] = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
     knobs["estimators"] = estimators_of(args)
     knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
-    return variants.plan(**given(**knobs))
+    return variants.plan(**{name: knob for name, knob in knobs.items() if knob is not None})
+
+
+def settings_of(args: Namespace) -> RenderSettings:
+    """The settings of the scene and the camera; what is compared belongs to the plan."""
+    compared = {"max_bounces": None, "rr_start_bounce": None, "fast_math": False}
+    return RenderSettings.of(Namespace(**vars(args) | compared))
 
 
 def source_of(args: Namespace) -> Source:
     """Where the scenes of the study come from."""
-    camera, (width, height) = request_from(CameraRequest, args), args.size
-    of_scene = {"brdfs": args.brdfs, "lights": args.lights, **given(up_axis=up_axis_of(args))}
+    settings, (width, height) = settings_of(args), args.size
+    check(settings)
     return Source(
         args.scene,
         args.environment,
-        of_scene | {"two_sided_lamps": args.two_sided_lamps},
-        view_of=ViewChange(camera, width / height),
-        **given(intensity=args.intensity, rotation=args.rotation),
+        settings.given("brdfs", "lights", "up_axis", "two_sided_lamps"),
+        view_of=ViewChange(settings, width / height),
+        **settings.given("intensity", "rotation"),
     )
 
 

@@ -4,7 +4,7 @@ import copy
 from typing import Any
 
 from taichi_tracer.apps.names import renderers
-from taichi_tracer.apps.requests import OF_LIGHT
+from taichi_tracer.apps.pictures import OF_LIGHT
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
@@ -12,10 +12,9 @@ from taichi_tracer.maps import MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
+from taichi_tracer.settings import NO_NAME as NO_LIGHT
+from taichi_tracer.settings import USUAL_LIGHT
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.values import MAX_DISTANCE, USUAL_LIGHT
-
-NO_LIGHT = "none"  # the name for a scene without an environment, as on the command line
 
 
 class Choices:
@@ -101,11 +100,11 @@ class Choices:
     # ── white, in the view of the distance ──
 
     def _take_white(self) -> None:
-        distance = self.renderer.values().get(MAX_DISTANCE.name)
+        distance = self.renderer.values().get("max_distance")
         if distance is not None:
             if self.white is None:
                 self.white = self.usual_white = distance
-            self.renderer.change(MAX_DISTANCE.name, self.white)
+            self.renderer.change("max_distance", self.white)
 
     def set_white(self, distance: float | None) -> None:
         """Choose the distance that the view of the distance shows white."""

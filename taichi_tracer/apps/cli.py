@@ -15,9 +15,9 @@ from collections.abc import Sequence
 
 import taichi_tracer
 from taichi_tracer.apps import commands
-from taichi_tracer.apps.grammar import Parser, add_command, load, load_parts
+from taichi_tracer.apps.grammar import Parser, add_command, as_value, load, load_parts, values_of
+from taichi_tracer.apps.notes import USER_ERROR, let_every_character_print, note, noted
 from taichi_tracer.apps.running import EXIT_CODE, CompilingLine
-from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
 from taichi_tracer.system import compiling, new_folders
 from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
 
@@ -33,9 +33,9 @@ def main(argv: list[str] | None = None) -> int:
     """
     warnings.showwarning = show_warning
     let_every_character_print()
-    told.clear()
+    noted.clear()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
-    parts = values_of("--parts", words)
+    parts = values_of(words, "--parts", "--course")
     started = IMPORTED if argv is None else time.perf_counter()
     if argv is None and sys.stderr.isatty():
         compiling.watchers.append(CompilingLine())

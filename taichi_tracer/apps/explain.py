@@ -5,12 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.apps.requests import PictureRequest, scene_and_pictures_of
-from taichi_tracer.apps.words import note
+from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 
 STYLE = """
@@ -21,11 +22,11 @@ em { color: var(--soft); } pre { overflow-x: auto; background: var(--band); padd
 
 def run(args: Namespace) -> int:
     """Explain one sample of one pixel."""
-    scene, pictures = scene_and_pictures_of(args)
-    check(args, pictures)
-    picture = pictures[0]
+    request = request_of(RenderSettings.of(args))
+    check(args, request.pictures)
+    picture = request.pictures[0]
     renderer_class, integrator = picture.views[0]
-    renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator)
+    renderer = picture.make_renderer(renderer_class, request.load()).use(integrator)
     samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)
     if found is None:
@@ -42,7 +43,7 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def check(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
+def check(args: Namespace, pictures: Sequence[Picture]) -> None:
     """Raise an InputError unless one pixel of one picture is asked for, and the files can be written."""
     if len(pictures) > 1 or len(pictures[0].views) > 1:
         raise InputError("explain takes one picture: name one with --view or --estimator")

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of, up_axis_of
-from taichi_tracer.apps.words import note
+from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
 from taichi_tracer.geometry import clean
 from taichi_tracer.instances import settled, view_of_mesh
@@ -17,6 +17,7 @@ from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import FILE, find_scene, stand
 from taichi_tracer.scene_parts import lights_of
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
@@ -25,12 +26,12 @@ SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 def run(args: Namespace) -> int:
     """Write the document; what it cannot say is told on stderr."""
     path = output_of(args)
-    document = document_of(args.scene)
-    pictures, up_axis, scene = pictures_of(args, document), up_axis_of(args), find_scene(args.scene)
+    request = request_of(RenderSettings.of(args))
+    document, up_axis, scene = request.document, args.up_axis, find_scene(args.scene)
     if document is None:
         mesh = read(scene)
         document = Document(mesh, [], lights_of(mesh))
-    shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
+    shots = [_shot(picture, document, scene, up_axis) for picture in request.pictures]
     whole = settled(document.mesh)
     if whole.has_pictures or whole.corner_color is not None:
         note("textures and colours of vertices are not written: RT3 has none")
@@ -61,13 +62,14 @@ def output_of(args: Namespace) -> Path:
     return path
 
 
-def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str | None) -> Shot:
+def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None) -> Shot:
     """One picture, as the command line changes it."""
     old = picture.shot
-    view = _default_view(document, scene, up_axis, picture.width / picture.height) if old is None else old.view
+    width, height = picture.settings.size
+    view = _default_view(document, scene, up_axis, width / height) if old is None else old.view
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
-    film = replace(film, width=picture.width, height=picture.height, crop_window=picture.crop_window)
+    film = replace(film, width=width, height=height, crop_window=picture.settings.crop)
     return Shot(picture.view_of(view), film, integrator)
 
 
@@ -80,7 +82,7 @@ def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: 
     return (view or view_of_mesh)(mesh, up_axis, min(1.0, aspect))
 
 
-def _integrator_of(picture: PictureRequest) -> IntegratorSettings:
+def _integrator_of(picture: Picture) -> IntegratorSettings:
     """The integrator that shows what was asked for."""
     renderer_class, shown = picture.views[0]
     if issubclass(renderer_class, RT3Renderer):

@@ -7,7 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from taichi_tracer.apps.words import note
+from taichi_tracer.apps.notes import note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions

@@ -10,7 +10,7 @@ import re
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 
-from taichi_tracer.apps.words import note
+from taichi_tracer.apps.notes import note
 from taichi_tracer.system.errors import InputError
 
 Command = Callable[[Namespace], int]  # takes the parsed arguments; returns the exit code
@@ -60,6 +60,16 @@ def add_command(commands: argparse._SubParsersAction, name: str, what: str, run:
     return parser
 
 
+def add_cluster_option(parser: Parser, what: str) -> None:
+    """Add the cluster on which the work is done instead of here; ``what`` says which work."""
+    parser.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help=f"{what} on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, on local:N "
+        "processes of this machine, or on slurm:N jobs; see docs/cluster.md",
+    )
+
+
 def later(target: str) -> Command:
     """The command that is the function "module:function", whose module is imported when the command runs."""
     return lambda args: load(target)(args)
@@ -88,3 +98,18 @@ def load_parts(paths: Sequence[str]) -> None:
             if os.path.isdir(path):
                 for text in load("taichi_tracer.course.use:in_use")().notes():
                     note(f"--course {path}: {text}")
+
+
+def as_value(word: str) -> str:
+    """``word``, marked with a space when it is a negative number: argparse would take -1e-3 for an option."""
+    try:
+        float(word)
+    except ValueError:
+        return word
+    return f" {word}" if word.startswith("-") else word
+
+
+def values_of(words: list[str], *options: str) -> list[str]:
+    """Every value that some options have among the words, before they are parsed."""
+    found = [following for word, following in zip(words, words[1:], strict=False) if word in options]
+    return found + [word.split("=", 1)[1] for word in words if word.split("=", 1)[0] in options and "=" in word]

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import taichi as ti
 
-from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.pictures import WHOLE, request_of
 from taichi_tracer.materials import BUILT_IN
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
@@ -21,12 +22,13 @@ TIMED_ESTIMATOR = "brdf"  # the estimator whose compilation is timed when the co
 
 def run(args: Namespace) -> int:
     """Print the facts of a scene, and the receipt of the first picture that is asked for."""
-    request, (picture, *_) = scene_and_pictures_of(args)
+    request = request_of(RenderSettings.of(args))
+    picture, *_ = request.pictures
     scene = request.load()
     (renderer_class, integrator), *_ = picture.views
-    small = replace(picture, width=RECEIPT_SIZE, height=RECEIPT_SIZE, crop_window=(0, 1, 0, 1))
+    small = replace(picture, settings=replace(picture.settings, size=(RECEIPT_SIZE, RECEIPT_SIZE), crop=WHOLE))
     renderer = small.make_renderer(renderer_class, scene).use(integrator.name)
-    lines = [*describe(renderer), *own_parts(request.parts)]
+    lines = [*describe(renderer), *own_parts(request.settings.parts)]
     print("\n".join(lines))
     return 0
 

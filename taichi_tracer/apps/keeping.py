@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.running import Interruption, written
-from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.picture.progress import Progress, Target, two_digits
 from taichi_tracer.progressive import ProgressiveRenderer

@@ -3,8 +3,8 @@
 from argparse import Namespace
 from pathlib import Path
 
+from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.render_request import note_linear
-from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image

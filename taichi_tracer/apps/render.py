@@ -12,14 +12,15 @@ import numpy as np
 
 from taichi_tracer.apps.contact_sheet import contact_sheet
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.render_request import RenderRequest, note_linear, paths_of, render_of
-from taichi_tracer.apps.requests import PictureRequest, SceneRequest
+from taichi_tracer.apps.notes import USER_ERROR, note
+from taichi_tracer.apps.pictures import Picture, Request
+from taichi_tracer.apps.render_request import note_linear, paths_of, render_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
-from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import EIGHT_BITS, encode_png, save_image
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
+from taichi_tracer.picture.denoised import Changed
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -62,17 +63,17 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
 def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stopwatch.Stopwatch | None) -> int:
     """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
-    paths = paths_of(request)
+    paths = paths_of(request, args)
     pictures = [path for views in paths for places in views for path in places.pictures]
     if watch is not None:
         check_profile(pictures)
         watch.charge(stopwatch.IMPORTS)
     for picture, views in zip(request.pictures, paths, strict=True):
         note_linear(picture.display, [path for places in views for path in places.pictures])
-    if request.checkpoint is not None:
-        check_checkpoint(request, len(pictures))
+    if args.checkpoint is not None:
+        check_checkpoint(args.checkpoint, len(pictures))
     clock = Clock(args.started)
-    scene = clock.load(request.scene)
+    scene = clock.load(request)
     is_in_place = True
     for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
         made = {}
@@ -82,12 +83,12 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                     made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
             shown = []
-            for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
+            for path, bounces in zip(places.pictures, request.settings.bounces or (None,), strict=True):
                 if bounces is not None:
                     renderer.bounces = bounces
                 render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
                 with Interruption(has_come=lambda: False) as interruption:  # nothing, until there are samples
-                    is_in_place &= make_picture(renderer, picture, request, path, clock, interruption, render)
+                    is_in_place &= make_picture(renderer, picture, args, path, clock, interruption, render)
                 if interruption.number is not None:
                     of = "" if args.spp is None else f" of {args.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
@@ -102,15 +103,15 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                     is_in_place &= write_against(renderer, picture, request, path)
                 shown.append(renderer.film.own_pixels(renderer.image()))
             if places.sheet is not None:
-                is_in_place &= write_sheet(shown, request.bounces, places.sheet, picture)
+                is_in_place &= write_sheet(shown, request.settings.bounces, places.sheet, picture)
     return 0 if is_in_place else USER_ERROR
 
 
-def check_checkpoint(request: RenderRequest, count: int) -> None:
+def check_checkpoint(checkpoint: str, count: int) -> None:
     """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
     if count > 1:
-        raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
-    check_place(request.checkpoint)
+        raise InputError(f"--checkpoint {checkpoint} is one file for {count} pictures: ask for one")
+    check_place(checkpoint)
 
 
 def check_profile(pictures: Sequence[Path]) -> None:
@@ -120,14 +121,14 @@ def check_profile(pictures: Sequence[Path]) -> None:
     from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
 
 
-def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest, path: Path) -> bool:
+def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> bool:
     """Write how a picture of a student's files differs from the package's own; False if it went elsewhere."""
     course = import_quickly("taichi_tracer.course.use").in_use()
     if course is None:
         raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
 
     def rendered() -> np.ndarray:
-        made = picture.make_renderer(type(renderer), request.scene.load()).use(renderer.active.name)
+        made = picture.make_renderer(type(renderer), request.load()).use(renderer.active.name)
         return np.asarray(made.render(renderer.samples).image())
 
     with course.reference():
@@ -156,7 +157,7 @@ def against_path(picture: Path) -> Path:
     return picture.with_name(f"{picture.stem}_against_reference.png")
 
 
-def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: PictureRequest) -> bool:
+def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: Picture) -> bool:
     """Write pictures by bounce and their sum side by side, all with the same exposure; False if it went elsewhere."""
     captions = [*map(in_words, bounces), SUM]
     shown = [to_bytes(image, picture.is_encoded, picture.display) for image in (*images, sum(images))]
@@ -167,8 +168,8 @@ def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path
 
 def make_picture(
     renderer: ProgressiveRenderer,
-    picture: PictureRequest,
-    request: RenderRequest,
+    picture: Picture,
+    args: Namespace,
     path: Path,
     clock: "Clock",
     interruption: Interruption,
@@ -186,8 +187,8 @@ def make_picture(
     renderer.reset()
     interruption.has_come = lambda: renderer.samples > 0
     interruption.keep = lambda: write_so_far(renderer, picture, path)
-    channels = renderer.channels([aov.name for aov in request.aovs])  # first, because the picture may take hours
-    keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
+    channels = renderer.channels(args.aov)  # first, because the picture may take hours
+    keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
     incomplete = None
     try:
         add_samples(renderer, keeper, picture.target, interruption, render)
@@ -196,7 +197,7 @@ def make_picture(
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         with stage(stopwatch.WRITE, waits=True):
-            changed = request.changed(renderer)
+            changed = changed_picture(renderer, args)
             image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
             encoding = encoding_of(renderer, picture)
             place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
@@ -216,13 +217,20 @@ def make_picture(
     return is_in_place
 
 
-def write_so_far(renderer: ProgressiveRenderer, picture: PictureRequest, path: Path) -> None:
+def changed_picture(renderer: ProgressiveRenderer, args: Namespace) -> Changed | None:
+    """What is written in place of the picture, with its error; None where the picture is."""
+    if args.clamp is not None:
+        return renderer.clamped(args.clamp)
+    return renderer.denoised() if args.denoise else None
+
+
+def write_so_far(renderer: ProgressiveRenderer, picture: Picture, path: Path) -> None:
     """Write what there is of a picture, before a time in which no signal is seen."""
     image, encoding = renderer.film.own_pixels(renderer.image()), encoding_of(renderer, picture)
     written(path, lambda one: save_image(one, image, **encoding))
 
 
-def encoding_of(renderer: ProgressiveRenderer, picture: PictureRequest) -> dict[str, Any]:
+def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, Any]:
     """How the picture of a renderer is written."""
     return renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
 
@@ -241,11 +249,11 @@ class Clock:
         self.started, self.before = started, ""
         self._saved_before = compiling.seconds_to_save()  # by other commands of this process
 
-    def load(self, scene: SceneRequest) -> SceneData:
+    def load(self, request: Request) -> SceneData:
         """Load a scene, and remember how long that took."""
         start = time.perf_counter()
         with stage(READ, waits=True):
-            loaded = scene.load()
+            loaded = request.load()
         self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
         return loaded
 

@@ -1,95 +1,67 @@
-"""What ``taichi-tracer render`` is asked for: pictures, places that are known to be writable, and when to stop."""
+"""What ``render`` must know before it renders: which options change nothing, and places that can be written."""
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
-from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.words import PICTURE_FOLDER, note, request_from
+from taichi_tracer.apps.notes import PICTURE_FOLDER, note
+from taichi_tracer.apps.pictures import Request, request_of
 from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
-from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
-from taichi_tracer.picture.denoised import SAMPLER, Changed, check_clamp, denoiser
-from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.integrators.path_settings import DEFAULTS, check_bounces, check_terms
+from taichi_tracer.picture.aovs import channel_names, find_aovs
+from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser
 from taichi_tracer.renderer import A4Renderer
+from taichi_tracer.settings import OPTIONS, RenderSettings, name_of_bounces, words_of
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
-from taichi_tracer.values import VALUES
 
 
-@dataclass(frozen=True)
-class RenderRequest:
-    """The pictures of a scene that are to be made, where they go, and when to stop.
-
-    Attributes:
-        output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
-        bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
-        checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
-        aovs: the raw arrays that each file has beside its picture.
-        denoise: whether what a denoiser makes of the picture is written.
-        clamp: how many times as bright as its brightest neighbour a pixel may be that is written; None for any.
-        profile: whether a table tells where the time went.
-    """
-
-    scene: SceneRequest
-    pictures: tuple[PictureRequest, ...]
-    output: str | None
-    bounces: tuple[Bounces, ...]
-    checkpoint: str | None
-    checkpoint_every: float
-    aovs: tuple[Aov, ...]
-    denoise: bool
-    clamp: float | None
-    profile: bool
-
-    def changed(self, renderer: ProgressiveRenderer) -> Changed | None:
-        """What is written in place of the picture, with its error; None where the picture is."""
-        if self.clamp is not None:
-            return renderer.clamped(self.clamp)
-        return renderer.denoised() if self.denoise else None
-
-
-def render_of(args: Namespace) -> RenderRequest:
+def render_of(args: Namespace) -> Request:
     """What the options of ``render`` ask for."""
+    settings = RenderSettings.of(args)
     if args.denoise and args.clamp is not None:
-        raise InputError("--denoise and --clamp: one of them can be told from the samples at a time")
+        raise InputError("--denoise and --clamp: one of them can be estimated from the samples at a time")
     if args.denoise:
         denoiser()  # so that an installation without it says so at once
     if args.clamp is not None:
         check_clamp(args.clamp)
     if args.denoise or args.clamp is not None:
-        args.sampler = args.sampler or SAMPLER
-    scene, pictures = scene_and_pictures_of(args)
-    note_unused(args, pictures)
-    if args.bounces:
-        check_pictures_by_bounce(args, pictures)
-    return request_from(RenderRequest, args, scene=scene, pictures=pictures, aovs=find_aovs(args.aov))
+        settings = replace(settings, sampler=settings.sampler or SAMPLER)
+    find_aovs(args.aov)
+    request = request_of(settings)
+    note_unused(request)
+    if settings.bounces:
+        check_pictures_by_bounce(request)
+    return request
 
 
-def note_unused(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
-    """Tell the user which options change nothing, because no picture has the value that they change."""
-    views = [view for picture in pictures for view in picture.views]
-    for option in (one for one in OPTIONS.values() if one.value and one is not BY_BOUNCE):
-        value, words = VALUES[option.value], words_of(**{option.name: getattr(args, option.name)})
+def note_unused(request: Request) -> None:
+    """Note which options change nothing, because no picture has the value that they change."""
+    views = [view for picture in request.pictures for view in picture.views]
+    for name in request.settings.changed():
+        option = OPTIONS.get(name)
+        if option is None or not option.value or name == "bounces":
+            continue
         shown = [one.name for renderer_class, one in views if option.value in renderer_class.value_names]
-        if words and (not shown or value.of not in ("", *shown)):
-            note(f"{' '.join(words)} changes nothing here: it belongs to {value.owner}")
+        if not shown or option.of not in ("", *shown):
+            words = " ".join(words_of(name, getattr(request.settings, name)))
+            note(f"{words} changes nothing here: it belongs to {option.owner}")
 
 
-def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
+def check_pictures_by_bounce(request: Request) -> None:
     """Raise an InputError unless there are pictures for ``--bounces`` that can be added up."""
-    for picture in pictures:
+    settings = request.settings
+    for picture in request.pictures:
         for renderer_class, integrator in picture.views:
             if not issubclass(renderer_class, A4Renderer):
                 raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
-        for one in args.bounces:
+        for one in settings.bounces:
             check_bounces(one)
-        check_terms(args.bounces, dict(picture.values).get("max_bounces", DEFAULTS["max_bounces"]))
-    if len(args.bounces) > 1:
-        given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
+        check_terms(settings.bounces, picture.values.get("max_bounces", DEFAULTS["max_bounces"]))
+    if len(settings.bounces) > 1:
+        given = [name for name in ("time", "error", "adaptive") if getattr(settings, name)]
         if given:
             advice = "give --spp alone"
             raise InputError(f"--bounces takes the same samples for each picture, --{given[0]} does not: {advice}")
@@ -103,7 +75,7 @@ class Places:
     """Where the pictures of one view go.
 
     Attributes:
-        pictures: one path, or one for each member of ``RenderRequest.bounces``.
+        pictures: one path, or one for each member of ``RenderSettings.bounces``.
         sheet: where a contact sheet of them goes, or None.
     """
 
@@ -111,39 +83,40 @@ class Places:
     sheet: Path | None = None
 
 
-def paths_of(request: RenderRequest) -> list[list[Places]]:
+def paths_of(request: Request, args: Namespace) -> list[list[Places]]:
     """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
-    asked, output = request.pictures, request.output
+    asked, output, bounces = request.pictures, args.output, request.settings.bounces
+    channels = channel_names(find_aovs(args.aov))
     names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
             make_folder(path.parent, f"filename {path}")
     else:
-        extension = HAVE_CHANNELS[0] if request.aovs else ".png"
-        paths = output_paths(output, request.scene.name, [name for _, name in names], extension)
+        extension = HAVE_CHANNELS[0] if args.aov else ".png"
+        paths = output_paths(output, request.settings.scene, [name for _, name in names], extension)
         if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
             paths = [
                 path.parent / Path(path.name if filename is None else filename).name
                 for path, (filename, _) in zip(paths, names, strict=True)
             ]
-    found = [places_of(path, request) for path in distinct(paths)]
+    found = [places_of(path, bounces, output) for path in distinct(paths)]
     for places in found:
         for path in places.pictures:
-            check_writable(path, channel_names(request.aovs))
+            check_writable(path, channels)
         if places.sheet is not None:
             check_writable(places.sheet)
     following = iter(found)
     return [[next(following) for _ in picture.views] for picture in asked]
 
 
-def places_of(path: Path, request: RenderRequest) -> Places:
+def places_of(path: Path, bounces: Sequence, output: str | None) -> Places:
     """The place of a view's picture; or of its pictures by bounce, which have the number after the name."""
-    if not request.bounces:
+    if not bounces:
         return Places((path,))
-    pictures = tuple(path.with_stem(f"{path.stem}_bounce_{name_of(one)}") for one in request.bounces)
+    pictures = tuple(path.with_stem(f"{path.stem}_bounce_{name_of_bounces(one)}") for one in bounces)
     if len(pictures) == 1:
-        return Places((path,) if request.output is not None and Path(request.output) == path else pictures)
+        return Places((path,) if output is not None and Path(output) == path else pictures)
     return Places(pictures, path.with_name(f"{path.stem}_bounces.png"))
 
 

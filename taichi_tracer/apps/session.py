@@ -23,15 +23,15 @@ from taichi_tracer.apps.cancelling import Cancelled, Cancelling, former
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.apps.mailbox import Mailbox
 from taichi_tracer.apps.pointed import Pointed
 from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.same_again import as_command, camera_words, position_of
+from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, position_of
 from taichi_tracer.apps.split import Split, Told, details_of, state_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
@@ -51,18 +51,18 @@ class Session(Mailbox):
 
     Args:
         renderer: what is shown first.
-        scene_options: words of the command line that make the scene, for the command that makes the picture again.
+        settings: what the program was started with, for the command that makes the picture again.
         now: the clock, in seconds.
     """
 
     def __init__(
         self,
         renderer: ProgressiveRenderer,
-        scene_options: Sequence[str] = (),
+        settings: RenderSettings | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(now)
-        self.choices, self.scene_options = Choices(renderer), tuple(scene_options)
+        self.choices, self.settings = Choices(renderer), settings
         self.split: Split | None = None
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
@@ -332,7 +332,7 @@ class Session(Mailbox):
 
     def on_same(self) -> None:
         """Tell what makes this picture again."""
-        command, lines = as_command(self.renderer, self.scene_options), as_python(self.renderer)
+        command, lines = as_command(self.renderer, self.settings), as_python(self.renderer)
         self.explanation = f"<pre>{html.escape(command)}</pre><pre>{html.escape(lines)}</pre>"
 
     def on_camera(self) -> None:

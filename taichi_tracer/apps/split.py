@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from taichi_tracer.apps.choices import Choices
-from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import one_of
@@ -133,7 +132,7 @@ def details_of(choices: Choices, split: Split | None) -> dict[str, Any]:
         "tone": r.display.part.name if r.srgb else None,
         "tones": PARTS.names("tone curve"),
         "fov": None if r.camera.has_window else float(r.camera.fov),
-        "white": choices.white if r.active.name == DISTANCE else None,
+        "white": choices.white if r.active.name == "distance" else None,
         "split": None if split is None else {"mode": split.mode, "side": split.number},
     }
 

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.apps.words import USER_ERROR
+from taichi_tracer.apps.notes import USER_ERROR
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processors import own_seconds
 from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, Told, summary

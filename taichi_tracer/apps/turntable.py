@@ -15,15 +15,16 @@ import numpy as np
 from PIL import Image
 
 from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.notes import USER_ERROR, note
+from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.apps.render import Clock, describe, encoding_of
-from taichi_tracer.apps.requests import PictureRequest, scene_and_pictures_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
-from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import save_image
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
 
@@ -39,7 +40,8 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     Args:
         elsewhere: who takes the samples on other machines; None takes them here.
     """
-    request, pictures = scene_and_pictures_of(args)
+    request = request_of(RenderSettings.of(args))
+    pictures = request.pictures
     if len(pictures) > 1 or len(pictures[0].views) > 1:
         raise InputError("turntable: one picture for each frame: name one view, or a scene file with one film")
     picture, output = pictures[0], Path(args.output)
@@ -102,7 +104,7 @@ def eyes_of(pose: Pose, count: int, degrees: float) -> list[np.ndarray]:
 
 def frame_of(
     renderer: ProgressiveRenderer,
-    picture: PictureRequest,
+    picture: Picture,
     eye: np.ndarray,
     interruption: Interruption,
     render: Callable[..., object],
@@ -114,7 +116,7 @@ def frame_of(
     return renderer.film.own_pixels(renderer.image())
 
 
-def shown(renderer: ProgressiveRenderer, picture: PictureRequest, image: np.ndarray) -> np.ndarray:
+def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) -> np.ndarray:
     """(h, w, 3) uint8: a frame as a file of 8 bits shows it."""
     encoding = encoding_of(renderer, picture)
     return to_bytes(image, encoding["srgb"], Display(encoding["exposure"], encoding["tone"]))

@@ -24,12 +24,12 @@ from taichi_tracer.apps import pace
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.frames import quick_pixels
+from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
+from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.same_again import as_command, camera_words, name_of_light, position_of
+from taichi_tracer.apps.reproduce import as_command, camera_words, name_of_light, position_of
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
-from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
@@ -37,6 +37,7 @@ from taichi_tracer.integrators.controls import BouncesControl, Control, NameCont
 from taichi_tracer.maps import MapRenderer
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"
@@ -54,27 +55,28 @@ OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watc
 
 def run(args: Namespace) -> int:
     """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
-    scene, (picture, *_) = scene_and_pictures_of(args)
+    settings = RenderSettings.of(args)
+    request = request_of(settings)
+    picture, *_ = request.pictures
     (renderer_class, integrator), *_ = picture.views
-    renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
+    renderer = picture.make_renderer(renderer_class, request.load()).use(integrator.name)
     if args.browser:
-        return serve(Session(renderer, scene.words()), forwarded=args.forwarded)
+        return serve(Session(renderer, settings), forwarded=args.forwarded)
     asks_browser, all_views = sys.stdout.isatty(), not picture.names_view
-    return show(renderer, scene_options=scene.words(), offers_browser=asks_browser, all_views=all_views)
+    return show(renderer, settings=settings, offers_browser=asks_browser, all_views=all_views)
 
 
 def show(
     renderer: ProgressiveRenderer,
     folder: str | Path = PICTURE_FOLDER,
-    scene_options: Sequence[str] = (),
+    settings: RenderSettings | None = None,
     offers_browser: bool = False,
     all_views: bool = True,
 ) -> int:
     """Open the window, until it is closed; where none can open, write pictures into ``folder`` instead.
 
     Args:
-        scene_options: words of the command line that make the scene, to be repeated in the command that makes a saved
-            picture again.
+        settings: what the program was started with, for the command that makes a saved picture again.
         offers_browser: whether the picture is served to a browser where no window can open.
         all_views: whether everything that the renderer offers is written there, and not only what it shows.
 
@@ -84,11 +86,11 @@ def show(
     let_every_character_print()
     verdict = can_open_window()
     if verdict.can_open:
-        Viewer(renderer, Path(folder), scene_options).run()
+        Viewer(renderer, Path(folder), settings).run()
         return 0
     print(f"No window can open here: {verdict.reason}.")
     if offers_browser:
-        return serve(Session(renderer, scene_options))
+        return serve(Session(renderer, settings))
     shown = asked_for(renderer) if all_views else (renderer.active,)
     paths = write_all(renderer, Path(folder), shown)
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
@@ -125,11 +127,11 @@ class Viewer:
     """The window: a panel, and the picture beside it.
 
     Args:
-        folder: for pictures that are saved. scene_options: as for ``show``.
+        folder: for pictures that are saved. settings: as for ``show``.
     """
 
-    def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
-        self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
+    def __init__(self, renderer: ProgressiveRenderer, folder: Path, settings: RenderSettings | None = None) -> None:
+        self.choices, self.folder, self.settings = Choices(renderer), folder, settings
         self.zoom = max(1, SMALLEST // max(renderer.width, renderer.height))
         self.pixels = np.full((PANEL, 1, 3), BACKGROUND, np.uint8)
         self.message: list[str] = []
@@ -321,7 +323,7 @@ class Viewer:
         try:
             told = ("Saved", str(save(current(self.renderer), self.folder)))
             print(*told)
-            print("The same again:", as_command(self.renderer, self.scene_options), flush=True)
+            print("The same again:", as_command(self.renderer, self.settings), flush=True)
         except (OSError, InputError) as error:
             told = ("Not saved:", str(error))
             print(*told, flush=True)

@@ -9,7 +9,6 @@ scenes and renderers is touched, but Taichi runs here too, in the precision that
 """
 
 import warnings
-from argparse import Namespace
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from taichi_tracer.cluster.clusters import Cluster
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
+    from taichi_tracer.settings import RenderSettings
 
 
 @dataclass(frozen=True)
@@ -76,28 +76,29 @@ def render(
         InputError: an option is wrong, or no scheduler answers. IncompleteError: the cluster was lost on the way; what
             came is in ``checkpoint``.
     """
-    from taichi_tracer.apps.requests import scene_and_pictures_of
+    from taichi_tracer.apps.pictures import request_of
     from taichi_tracer.cluster.sharing import renders_on
     from taichi_tracer.files.disk import check_place, noting_reads
     from taichi_tracer.system.errors import InputError
 
-    args = namespace(scene, options)
+    settings = settings_from(scene, options)
     if checkpoint is not None:
         check_place(checkpoint)
     context: Any = connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
     with context as connection, noting_reads() as paths:
-        scene_request, (picture, *more) = scene_and_pictures_of(args)
+        request = request_of(settings)
+        picture, *more = request.pictures
         (renderer_class, integrator), *others = picture.views
         if more or others:
             raise InputError("cluster.render makes one picture: give one view or estimator")
-        loaded = scene_request.load()
+        loaded = request.load()
         renderer = picture.make_renderer(renderer_class, loaded).use(integrator.name)
         if checkpoint is not None and Path(checkpoint).exists():
             renderer.load_checkpoint(checkpoint)
             spp = None if spp is None else spp - renderer.samples
         try:
             if spp is None or spp > 0:
-                renders_on(connection, args, paths, renderer, (0, 0, None))(spp, time, error, watch)
+                renders_on(connection, settings, paths, renderer, (0, 0, None))(spp, time, error, watch)
         finally:
             if checkpoint is not None and renderer.samples > 0 and renderer.is_random:
                 renderer.save_checkpoint(checkpoint)
@@ -106,17 +107,18 @@ def render(
         return Result(image, renderer.samples, found, renderer.progress.seconds)
 
 
-def namespace(scene: str | Path, options: Mapping[str, Any]) -> Namespace:
-    """The namespace of ``taichi-tracer render SCENE …``: True is an option alone, None is none, a size is 640x480."""
+def settings_from(scene: str | Path, options: Mapping[str, Any]) -> "RenderSettings":
+    """The settings of ``taichi-tracer render SCENE …`` with these options; InputError for one that it does not have."""
     from taichi_tracer.apps.cli import arguments_of
+    from taichi_tracer.settings import OPTIONS, RenderSettings, words_of
+    from taichi_tracer.system.errors import one_of
 
     words = ["render", str(scene)]
     for name, value in options.items():
-        flag, several = f"--{name.replace('_', '-')}", value if isinstance(value, list | tuple) else [value]
-        texts = [str(one) for one in several if one is not True]
-        if name == "parts":
-            words += [word for text in texts for word in (flag, text)]
-        elif value is not None and value is not False:
-            joint = "x" if name == "size" else "," if all(isinstance(one, str) for one in several) else " "
-            words += [flag, *joint.join(texts).split(" ")] if texts else [flag]
-    return arguments_of(words)
+        known = {"estimator": "view"}.get(name, name)
+        if known not in OPTIONS:
+            raise one_of("option", name, OPTIONS)
+        several = tuple(value) if isinstance(value, list) else value
+        several = (value,) if known in ("parts", "brdfs", "lights") and isinstance(value, str) else several
+        words += [] if value is None or value is False else words_of(known, several)
+    return RenderSettings.of(arguments_of(words))

@@ -1,6 +1,6 @@
-"""What a worker renders: the options of a command line, and the contents of the files that they name.
+"""What a worker renders: the settings of a picture, and the contents of the files that they name.
 
-Paths of the sender do not travel. In the options, a file is named by its place within the job, such as
+Paths of the sender do not travel. In the settings, a file is named by its place within the job, such as
 ``scene/box.obj``; shipped scenes and environments keep their names, because every worker has the same package.
 """
 
@@ -9,7 +9,6 @@ import importlib.metadata
 import os
 import pickle
 import sys
-from argparse import Namespace
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -17,20 +16,18 @@ from pathlib import Path
 from typing import Any
 
 import taichi_tracer
-from taichi_tracer.apps import options as groups
+from taichi_tracer import settings as groups
 from taichi_tracer.files.disk import make_folder, read_bytes, replace_file
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
+from taichi_tracer.settings import NO_NAME, OPTIONS, RenderSettings
 from taichi_tracer.system import runtime
 
-# What only the sender needs: where things are written, when the picture ends, and the command itself.
-STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
-STAYS |= {"spp", "time", "error", "bounces", "frames", "degrees", "fps", "against", "denoise", "clamp", "profile"}
+# What only the sender needs: where samples are kept, and when the picture ends.
+STAYS = {"spp", "time", "error", "bounces", "checkpoint", "checkpoint_every"}
 CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
 # Pictures that differ only in these share a scene. A view belongs to it: one that needs light gives it the usual one.
-PICTURE = {
-    o.name for group in (groups.PICTURE, groups.DISPLAY, groups.PATHS, groups.MIS, groups.CAMERA) for o in group.options
-}
+OF_PICTURE = {name for name, one in OPTIONS.items() if one.group in (*groups.OF_PICTURE, groups.DISPLAY)} - {"view"}
 
 
 # ── versions ──
@@ -64,16 +61,16 @@ class Job:
     """A picture, ready to travel.
 
     Attributes:
-        options: the namespace of the command line; files are named by their places.
+        settings: those of the picture that are not the default; files are named by their places.
         files: place → content.
-        which: (number of the picture, number of its view, bounces or None), of a command line with several.
+        which: (number of the picture, number of its view, bounces or None), where settings ask for several.
         threads: how many processors a worker uses; None for all.
         facts: everything that the bits of the picture depend on, as the sender has them; None does not check them.
         shares: of the pixels of an adaptive picture, see ``picture.adaptive``.
         versions: what is installed at the sender.
     """
 
-    options: dict[str, Any]
+    settings: dict[str, Any]
     files: dict[str, bytes]
     which: tuple = (0, 0, None)
     threads: int | None = None
@@ -82,14 +79,14 @@ class Job:
     versions: dict[str, str] = field(default_factory=installation)
 
     def key(self, without: set[str]) -> str:
-        """A name that is equal for equal files, and equal options but for these."""
-        options = sorted((name, repr(value)) for name, value in self.options.items() if name not in without)
+        """A name that is equal for equal files, and equal settings but for these."""
+        options = sorted((name, repr(value)) for name, value in self.settings.items() if name not in without)
         return hashlib.sha256(pickle.dumps([options, self.threads, sorted(self.files.items())])).hexdigest()
 
     @cached_property
     def keys(self) -> tuple[str, tuple]:
         """A name that is equal for jobs that share a scene, and one for those that share a renderer."""
-        return self.key(PICTURE), (self.key(CAMERA), self.which)
+        return self.key(OF_PICTURE), (self.key(CAMERA), self.which)
 
     def unpack(self, folder: Path) -> None:
         """Write the files into a folder."""
@@ -97,40 +94,40 @@ class Job:
             make_folder((folder / place).parent, place)
             replace_file(folder / place, content)
 
-    def arguments(self, folder: Path) -> Namespace:
-        """The namespace of the command line, with the paths of the files in this folder."""
-        options = dict(self.options)
+    def settings_in(self, folder: Path) -> RenderSettings:
+        """The settings, with the paths of the files in this folder."""
+        settings = dict(self.settings)
         for name in ("scene", "environment"):
-            if options[name] in self.files:
-                options[name] = str(folder / options[name])
-        options["parts"] = [str(folder / place) for place in options["parts"]]
-        return Namespace(**options, spp=None, time=None, error=None)
+            if settings.get(name) in self.files:
+                settings[name] = str(folder / settings[name])
+        settings["parts"] = tuple(str(folder / place) for place in settings.get("parts", ()))
+        return RenderSettings(**settings)
 
 
-def pack(args: Namespace, paths: Iterable[str | Path], threads: int | None = None) -> Job:
-    """The job of a command line, whose scene was loaded here.
+def pack(settings: RenderSettings, paths: Iterable[str | Path], threads: int | None = None) -> Job:
+    """The job of a picture, whose scene was loaded here.
 
     Args:
         paths: every file that was read while the scene was loaded. Shipped ones do not travel. Of the folders of the
             others, only those below the one that all of them share are named.
     """
-    options = {name: value for name, value in vars(args).items() if name not in STAYS}
-    settings = runtime.running_settings()
-    options |= {"arch": settings.arch, "precision": settings.precision}
+    options = {name: value for name, value in settings.changed().items() if name not in STAYS}
+    running = runtime.running_settings()
+    options |= {"arch": running.arch, "precision": running.precision}
     places: dict[Path, str] = {}
     shipped = shipped_environments()
-    if args.environment not in (None, "none") and args.environment not in shipped:
-        path = absolute(args.environment)
+    if settings.environment not in (None, NO_NAME) and settings.environment not in shipped:
+        path = absolute(settings.environment)
         places[path] = options["environment"] = f"environment/{path.name}"
     options["parts"] = []
-    for i, path in enumerate(map(absolute, args.parts)):
+    for i, path in enumerate(map(absolute, settings.parts)):
         options["parts"].append(f"parts/{i}/{path.name}")
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:  # a folder of the course
             places[file] = f"parts/{i}/{file.relative_to(path.parent).as_posix()}"
-    if args.scene not in shipped_scenes():
-        options["scene"] = name_of(Path(args.scene).expanduser().absolute())
+    if settings.scene not in shipped_scenes():
+        options["scene"] = name_of(Path(settings.scene).expanduser().absolute())
     if options["scene"] not in shipped_scenes():
-        file, known = absolute(args.scene), {*places, *map(absolute, shipped.values())}
+        file, known = absolute(settings.scene), {*places, *map(absolute, shipped.values())}
         of_scene = list(dict.fromkeys([file, *(path for path in map(absolute, paths) if path not in known)]))
         root = Path(os.path.commonpath([path.parent for path in of_scene]))
         places |= {path: f"scene/{path.relative_to(root).as_posix()}" for path in of_scene}

@@ -15,13 +15,14 @@ from typing import Any
 
 from taichi_tracer.apps import render as render_command
 from taichi_tracer.apps import turntable as turntable_command
-from taichi_tracer.apps.words import note
+from taichi_tracer.apps.notes import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.clusters import Cluster, last_line
 from taichi_tracer.cluster.jobs import Job, pack
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.progress import Progress, Target
+from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import IncompleteError, InputError
 
 SECONDS = 5.0  # that a range takes: longer than the overhead by far, and short enough to be done again
@@ -187,7 +188,7 @@ def render(args: Namespace) -> int:
     if args.profile:
         raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
     with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
-        return render_command.run(args, partial(renders_on, cluster, args, paths))
+        return render_command.run(args, partial(renders_on, cluster, RenderSettings.of(args), paths))
 
 
 def turntable(args: Namespace) -> int:
@@ -196,8 +197,8 @@ def turntable(args: Namespace) -> int:
 
         def renders_frame(renderer: Any, eye: Any) -> Callable:
             """What takes the samples of a frame: the workers get a command line with its eye."""
-            frame = Namespace(**{**vars(args), "eye": tuple(eye.tolist())})
-            return renders_on(cluster, frame, paths, renderer, (0, 0, None))
+            settings = replace(RenderSettings.of(args), eye=tuple(eye.tolist()))
+            return renders_on(cluster, settings, paths, renderer, (0, 0, None))
 
         try:
             return turntable_command.run(args, renders_frame)
@@ -205,19 +206,21 @@ def turntable(args: Namespace) -> int:
             raise InputError(str(error)) from None
 
 
-def renders_on(cluster: Cluster, args: Namespace, paths: dict, renderer: Any, which: tuple) -> Callable[..., None]:
+def renders_on(
+    cluster: Cluster, settings: RenderSettings, paths: dict, renderer: Any, which: tuple
+) -> Callable[..., None]:
     """What takes the place of ``renderer.render``.
 
     Args:
-        args: the command line. paths: the files that were read since it was looked at.
-        which: number of the picture in the command line, number of its view, and bounces or None.
+        paths: the files that were read since the settings were read.
+        which: number of the picture that the settings ask for, number of its view, and bounces or None.
     """
     if not renderer.is_random:
         note(f"{renderer.active.name} needs one sample: it is rendered here")
         return renderer.render
-    if args.parts:
-        note(f"every worker gets the files of --parts, and runs them with its rights: {', '.join(args.parts)}")
-    job = replace(pack(args, paths, cluster.threads), which=which)
+    if settings.parts:
+        note(f"every worker gets the files of --parts, and runs them with its rights: {', '.join(settings.parts)}")
+    job = replace(pack(settings, paths, cluster.threads), which=which)
 
     def render(spp: Any = None, time: Any = None, error: Any = None, watch: Any = None) -> None:
         """Add samples to the renderer's film until the first of the targets is reached."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from taichi_tracer.apps.grammar import load_parts
-from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.cluster.jobs import Job, difference, installation
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -73,9 +73,8 @@ def renderer_of(job: Job, directory: str) -> Any:
     renderer = kept["renderers"].get(renderer_key)
     if renderer is not None and kept["job"] is job:
         return renderer
-    _, pictures = scene_and_pictures_of(job.arguments(kept["folder"]))
     picture_number, view_number, bounces = job.which
-    picture = pictures[picture_number]
+    picture = request_of(job.settings_in(kept["folder"])).pictures[picture_number]
     if renderer is None:
         renderer_class, integrator = picture.views[view_number]
         renderer = picture.make_renderer(renderer_class, kept["scene"]).use(integrator.name)
@@ -105,12 +104,11 @@ def load_scene(job: Job, directory: str) -> None:
     temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_", dir=directory)
     folder = Path(temporary.name)
     job.unpack(folder)
-    args = job.arguments(folder)
-    load_parts(args.parts)
-    asked, now = (args.arch, args.precision, args.fast_math), runtime.current()
+    settings = job.settings_in(folder)
+    load_parts(settings.parts)
+    asked, now = (settings.arch, settings.precision, settings.fast_math), runtime.current()
     is_other = now is not None and (now.arch, now.precision, now.fast_math) != asked
     runtime.init(*asked, threads=job.threads, force=is_other)
-    request, _ = scene_and_pictures_of(args)
     with contextlib.redirect_stderr(io.StringIO()):  # the sender has read the same notes
-        scene = request.load()
+        scene = request_of(settings).load()
     kept.update(key=job.keys[0], scene=scene, renderers={}, job=None, folder=folder, temporary=temporary)

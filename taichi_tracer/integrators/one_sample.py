@@ -12,9 +12,9 @@ import taichi.math as tm
 from taichi_tracer.integrators.controls import Control, LiveNumbers, Slider
 from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
-from taichi_tracer.values import WEIGHTS
 
 
 @register
@@ -27,7 +27,7 @@ class OneSampleMis(DirectLight):
     """
 
     name, label, aliases = "mis_one_sample", "MIS, one sample", ()
-    weights = WEIGHTS[0].default, WEIGHTS[1].default
+    weights = tuple(usual_values(WEIGHTS).values())
     _numbers: LiveNumbers | None = None
     _changes = 0
 

@@ -6,8 +6,8 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.integrators.controls import BouncesControl, Control, LiveNumbers, NameControl, Slider
+from taichi_tracer.settings import PATHS, name_of_bounces, usual_values
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.values import OF_PATHS
 
 MOST_BOUNCES = 64  # A4-2
 ROULETTES = ("course", "throughput")
@@ -15,7 +15,7 @@ ROULETTES = ("course", "throughput")
 # section 14.2.1, and Mitsuba 3 use the same cap).
 MOST_SURVIVAL = 0.95
 MOST_SLIDER_Q = 0.95  # the right end of the slider; 1 would end every path
-DEFAULTS: dict[str, Any] = {value.name: value.default for value in OF_PATHS}
+DEFAULTS: dict[str, Any] = usual_values(PATHS) | {"bounces": None}
 
 Bounces = tuple[int, int | None]  # (first, last); None: no end
 
@@ -165,7 +165,7 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
     """Raise an InputError unless the terms can be added up: no bounce twice, and none that no path makes."""
     taken: dict[int, str] = {}
     for first, last in terms:
-        name = name_of((first, last))
+        name = name_of_bounces((first, last))
         if first > max_bounces:
             raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")
         for bounce in range(first, (max_bounces if last is None else last) + 1):
@@ -174,12 +174,6 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
                 light = in_words((bounce, bounce))
                 raise InputError(f"bounces {both} both count the light after {light}: name each number once")
             taken[bounce] = name
-
-
-def name_of(bounces: Bounces) -> str:
-    """The name of (first, last), as ``--bounces`` takes it: "2", "1-3", or "4+" for 4 and more."""
-    first, last = bounces
-    return f"{first}+" if last is None else f"{first}" if first == last else f"{first}-{last}"
 
 
 def in_words(bounces: Bounces) -> str:

@@ -16,7 +16,7 @@ from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
-from taichi_tracer.apps.requests import SceneRequest
+from taichi_tracer.apps.pictures import Request
 from taichi_tracer.renderer import A1Renderer
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
@@ -273,7 +273,7 @@ def test_bad_files(case, tmp_path, capsys):
 def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("a file where a folder should be")
-    monkeypatch.setattr(SceneRequest, "load", lambda self: pytest.fail("the scene was read first"))
+    monkeypatch.setattr(Request, "load", lambda self: pytest.fail("the scene was read first"))
     assert quickly(["render", "cube", "-o", output]) == 2
     assert_one_line(capsys.readouterr().err, [output.rstrip("/")])
 

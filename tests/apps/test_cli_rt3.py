@@ -34,23 +34,24 @@ def scene(tmp_path, monkeypatch):
 
 def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
-    request = render_of(make_parser().parse_args(["render", "scene.xml", *words]))
-    places = paths_of(request)
+    args = make_parser().parse_args(["render", "scene.xml", *words])
+    request = render_of(args)
+    places = paths_of(request, args)
     return request.pictures, [str(path) for views in places for place in views for path in place.pictures]
 
 
 def test_options_win(scene):
     scene(crop="0.5 1 0.5 1")
     (picture,), paths = asked()
-    assert (picture.width, picture.height, picture.crop) == (32, 24, (16, 32, 12, 24))
+    assert (picture.settings.size, picture.crop) == ((32, 24), (16, 32, 12, 24))
     assert [choice.name for _, choice in picture.views] == ["flat"]
     assert (picture.target.spp, paths) == (1, ["pictures/ball.png"])
     (picture,), paths = asked("--size", "20x10", "--crop", "0", "1", "0", "0.5", "--view", "mis", "--spp", "3")
-    assert (picture.width, picture.height, picture.crop, picture.target.spp) == (20, 10, (0, 20, 0, 5), 3)
+    assert (picture.settings.size, picture.crop, picture.target.spp) == ((20, 10), (0, 20, 0, 5), 3)
     assert [choice.name for _, choice in picture.views] == ["mis"]
     assert paths == ["renders/scene_mis.png"]
     (picture,), paths = asked("--quick", "-o", "b.ppm")
-    assert (picture.width, picture.height, paths) == (8, 6, ["b.ppm"])
+    assert (picture.settings.size, paths) == ((8, 6), ["b.ppm"])
 
 
 def test_every_picture_of_a_document_has_its_file(scene, capsys):

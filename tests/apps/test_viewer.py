@@ -14,10 +14,11 @@ import taichi_tracer as tt
 from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import WindowVerdict
-from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.words import as_value
+from taichi_tracer.apps.grammar import as_value
+from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.settings import RenderSettings
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
@@ -234,7 +235,7 @@ def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
     words = shlex.split(viewer.as_command(renderer))
     assert words[:3] == ["taichi-tracer", "render", "cornell_box"]
     args = make_parser().parse_args([as_value(word) for word in words[1:]])
-    _, (picture,) = scene_and_pictures_of(args)
+    (picture,) = request_of(RenderSettings.of(args)).pictures
     again = picture.make_renderer(A1Renderer, scene)
     for name in ("eye", "at", "up", "fov"):
         np.testing.assert_allclose(getattr(again.camera, name), getattr(renderer.camera, name), rtol=1e-8)

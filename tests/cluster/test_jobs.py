@@ -6,7 +6,7 @@ import numpy as np
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.cluster import namespace, worker
+from taichi_tracer.cluster import settings_from, worker
 from taichi_tracer.cluster.jobs import difference, pack
 from taichi_tracer.files.disk import noting_reads
 
@@ -21,10 +21,10 @@ def test_a_worker_renders_the_samples_of_the_sender_without_its_files(tmp_path):
         path.write_text(text)
     np.save(sky, np.ones((2, 4, 3), np.float32))
     place = {"eye": (0.3, 0.3, 2), "at": (0.3, 0.3, 0)}
-    args = namespace(mesh, {"environment": sky, "estimator": "mis", "size": (8, 4), "arch": "cpu", **place})
+    settings = settings_from(mesh, {"environment": sky, "estimator": "mis", "size": (8, 4), "arch": "cpu", **place})
     with noting_reads() as paths:
         scene = tt.load_scene_data(mesh, environment=sky)
-    sent = pickle.dumps(pack(args, paths))
+    sent = pickle.dumps(pack(settings, paths))
     assert b"secret" not in sent
     assert str(tmp_path).encode() not in sent
     job = pickle.loads(sent)

@@ -4,7 +4,8 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.integrators.controls import BouncesControl
-from taichi_tracer.integrators.path_settings import MOST_BOUNCES, PathSettings, check_terms, in_words, name_of
+from taichi_tracer.integrators.path_settings import MOST_BOUNCES, PathSettings, check_terms, in_words
+from taichi_tracer.settings import name_of_bounces
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +16,7 @@ def settings():
 
 def test_bounces_are_named_as_the_command_line_takes_them():
     terms = ((0, 0), (1, 1), (1, 3), (4, None))
-    assert [name_of(one) for one in terms] == ["0", "1", "1-3", "4+"]
+    assert [name_of_bounces(one) for one in terms] == ["0", "1", "1-3", "4+"]
     assert [in_words(one) for one in terms] == ["0 bounces", "1 bounce", "1 to 3 bounces", "4 or more bounces"]
 
 

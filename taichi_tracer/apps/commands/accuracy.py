@@ -1,15 +1,8 @@
 """``taichi-tracer accuracy``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.options import (
-    add_camera_options,
-    add_light_options,
-    add_parts_option,
-    add_scene_argument,
-    add_surface_options,
-)
-from taichi_tracer.apps.words import at_least_one, names, positive, size, whole, wholes
-from taichi_tracer.values import USUAL_LIGHT
+from taichi_tracer.argument_types import at_least_one, names, positive, size, whole, wholes
+from taichi_tracer.settings import ADVICE, CAMERA, FAR_LIGHT, SURFACES, add_option, add_options, add_scene
 
 HELP = "what accuracy costs in time"
 run = later("accuracy:run")
@@ -17,10 +10,9 @@ run = later("accuracy:run")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``accuracy`` takes."""
-    add_scene_argument(parser)
-    add_parts_option(parser)
-    add_light_options(parser, f"or none (default: the scene's own light, or {USUAL_LIGHT} where it has none)")
-    add_surface_options(parser)
+    add_scene(parser)
+    add_option(parser, "up_axis")
+    add_options(parser, ADVICE, FAR_LIGHT, SURFACES, leave=("lamp_choice", "lookup"))
     knobs = parser.add_argument_group(
         "what is compared",
         "values with commas, or all; with several values of one, only what is named is compared; those with a star if "
@@ -64,5 +56,5 @@ def add_arguments(parser: Parser) -> None:
         help="only say which estimators differ that should agree (exit code 1)",
     )
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
-    add_camera_options(parser)
+    add_options(parser, CAMERA)
     parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")

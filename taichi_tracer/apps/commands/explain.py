@@ -1,8 +1,8 @@
 """``taichi-tracer explain``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.options import SPP, add, add_picture_options, add_scene_options
-from taichi_tracer.apps.words import whole
+from taichi_tracer.argument_types import whole
+from taichi_tracer.settings import OF_PICTURE, OF_SCENE, add_option, add_scene
 
 HELP = "every number on the way from one pixel to its colour"
 run = later("explain:run")
@@ -10,8 +10,7 @@ run = later("explain:run")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``explain`` takes."""
-    add_scene_options(parser)
-    add_picture_options(parser)
+    add_scene(parser, *OF_SCENE, *OF_PICTURE)
     which = parser.add_argument_group("which pixel", "one of --pixel, --worst and --non-finite")
     which.add_argument(
         "--pixel", type=whole, nargs=2, metavar=("X", "Y"), help="column from the left and row from the top, from 0"
@@ -26,7 +25,7 @@ def add_arguments(parser: Parser) -> None:
         metavar="K",
         help="which sample of it (default: 0, and with --worst the one that is farthest from the mean)",
     )
-    add(which, [SPP])
+    add_option(which, "spp")
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
     parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
     parser.lists = ("pictures", "scenes")

@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.options import add_parts_option
+from taichi_tracer.settings import ADVICE, add_options
 
 HELP = "do hard cases stay numerically stable, and what does that cost"
 
@@ -18,7 +18,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
     parser.add_argument("--report", metavar="DIR", help="write a page into a folder, too")
     parser.add_argument("--arch", metavar="NAME", default="auto", help="which backend runs the kernels")
-    add_parts_option(parser)
+    add_options(parser, ADVICE)
     parser.lists = ("rays", "surfaces", "archs")
 
 

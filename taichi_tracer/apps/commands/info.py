@@ -1,7 +1,7 @@
 """``taichi-tracer info``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.options import add_picture_options, add_scene_options
+from taichi_tracer.settings import OF_PICTURE, OF_SCENE, add_scene
 
 HELP = "what a scene is made of, and which code a picture of it runs"
 run = later("info:run")
@@ -9,6 +9,5 @@ run = later("info:run")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``info`` takes."""
-    add_scene_options(parser)
-    add_picture_options(parser)
+    add_scene(parser, *OF_SCENE, *OF_PICTURE)
     parser.lists = ("pictures", "scenes")

@@ -1,16 +1,9 @@
 """``taichi-tracer render``: its arguments."""
 
-from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
-from taichi_tracer.apps.options import (
-    BY_BOUNCE,
-    add,
-    add_cluster_option,
-    add_display_options,
-    add_picture_options,
-    add_scene_options,
-    add_when_to_stop,
-)
-from taichi_tracer.apps.words import PICTURE_FOLDER, names, number
+from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
+from taichi_tracer.apps.notes import PICTURE_FOLDER
+from taichi_tracer.argument_types import names, number
+from taichi_tracer.settings import BY_BOUNCE, DISPLAY, KEEPING, OF_PICTURE, OF_SCENE, TARGET, add_scene
 
 HELP = "write pictures of a scene"
 run = here_or_on_cluster("render")
@@ -18,11 +11,7 @@ run = here_or_on_cluster("render")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``render`` takes."""
-    add_scene_options(parser)
-    add_picture_options(parser)
-    add_display_options(parser)
-    add(parser, [BY_BOUNCE])
-    add_when_to_stop(parser)
+    add_scene(parser, *OF_SCENE, *OF_PICTURE, DISPLAY, BY_BOUNCE, TARGET, KEEPING)
     add_cluster_option(parser, "take the samples")
     parser.add_argument(
         "-o",

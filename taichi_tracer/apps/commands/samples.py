@@ -1,8 +1,9 @@
 """``taichi-tracer samples``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.options import add_parts_option
-from taichi_tracer.apps.words import PICTURE_FOLDER, at_least_one, number, size, whole
+from taichi_tracer.apps.notes import PICTURE_FOLDER
+from taichi_tracer.argument_types import at_least_one, number, size, whole
+from taichi_tracer.settings import ADVICE, add_options
 
 HELP = "where samples of the light go"
 run = later("samples:run")
@@ -16,7 +17,7 @@ def add_arguments(parser: Parser) -> None:
         help="an environment: uniform directions against importance sampling; or a scene with lamps: which of them are "
         "chosen from a point",
     )
-    add_parts_option(parser)
+    add_options(parser, ADVICE)
     parser.add_argument(
         "--count", type=at_least_one, default=1_000_000, metavar="N", help="samples of each (default: %(default)s)"
     )

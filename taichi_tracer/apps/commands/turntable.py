@@ -1,16 +1,8 @@
 """``taichi-tracer turntable``: its arguments."""
 
-from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
-from taichi_tracer.apps.options import (
-    FIRST_SAMPLE,
-    WHEN_TO_STOP,
-    add_cluster_option,
-    add_display_options,
-    add_group,
-    add_picture_options,
-    add_scene_options,
-)
-from taichi_tracer.apps.words import at_least_one, number, positive
+from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
+from taichi_tracer.argument_types import at_least_one, number, positive
+from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, add_scene
 
 HELP = "turn the camera about the scene, into a film"
 run = here_or_on_cluster("turntable")
@@ -18,11 +10,7 @@ run = here_or_on_cluster("turntable")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``turntable`` takes."""
-    parser.set_defaults(first_sample=FIRST_SAMPLE.default)
-    add_scene_options(parser)
-    add_picture_options(parser)
-    add_display_options(parser)
-    add_group(parser, WHEN_TO_STOP)
+    add_scene(parser, *OF_SCENE, *OF_PICTURE, DISPLAY, TARGET)
     add_cluster_option(parser, "take the samples")
     parser.add_argument(
         "-o",

@@ -1,8 +1,8 @@
 """``taichi-tracer view``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.options import add_display_options, add_picture_options, add_scene_options
-from taichi_tracer.apps.words import whole
+from taichi_tracer.argument_types import whole
+from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, add_scene
 
 HELP = "open the interactive window"
 run = later("viewer:run")
@@ -10,9 +10,7 @@ run = later("viewer:run")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``view`` takes."""
-    add_scene_options(parser)
-    add_picture_options(parser)
-    add_display_options(parser)
+    add_scene(parser, *OF_SCENE, *OF_PICTURE, DISPLAY)
     parser.add_argument("--browser", action="store_true", help="serve the picture to a browser on this machine instead")
     parser.add_argument(
         "--forwarded",

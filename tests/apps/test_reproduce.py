@@ -3,7 +3,7 @@
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.in_python import as_python
+from taichi_tracer.apps.reproduce import as_python
 from taichi_tracer.environment import load_environment
 
 SIZE = (16, 12)

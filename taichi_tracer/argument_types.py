@@ -1,66 +1,16 @@
-"""What the words of a command line may be: numbers, sizes and lists of names, and the requests that are made of them.
+"""What the words of an option may be: numbers, sizes and lists of names, as argparse calls them.
 
 Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once.
 """
 
 import argparse
 import re
-import sys
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import fields
 from typing import TypeVar
 
-from taichi_tracer.system.errors import printable
-
 MOST_PIXELS = 8192**2  # their fields take 3 GB
-PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
-USUAL_SPP, USUAL_SECONDS = 64, 3.0  # when a picture of light ends for which nobody says when
-SMOOTH = 30.0  # degrees of ``--smooth`` alone, as in ``formulas.vertex_normals``, which would load numpy
-USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be written where it was wanted
-PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
-
-Request = TypeVar("Request")
 Number = TypeVar("Number", int, float)
-told: set[str] = set()  # the notes of the command that runs
-
-
-def note(text: str) -> None:
-    """Tell the user something on stderr, once: a scene that is read three times says the same three times."""
-    text = printable(text)
-    if text not in told:
-        told.add(text)
-        print(f"taichi-tracer: note: {text}", file=sys.stderr)
-
-
-def request_from(request: type[Request], args: argparse.Namespace, **others: object) -> Request:
-    """A frozen request whose fields are the options of the same names; lists become tuples.
-
-    Args:
-        others: fields that are no option, or not as the option has it.
-    """
-    values = {f.name: others[f.name] if f.name in others else getattr(args, f.name) for f in fields(request)}
-    return request(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
-
-
-def given(**values) -> dict:
-    """Those of the values that are not None: what the user said."""
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def as_value(word: str) -> str:
-    """``word``, marked with a space when it is a negative number: argparse would take -1e-3 for an option."""
-    try:
-        float(word)
-    except ValueError:
-        return word
-    return f" {word}" if word.startswith("-") else word
-
-
-def values_of(option: str, words: list[str]) -> list[str]:
-    """Every value that an option has among the words, before they are parsed."""
-    found = [following for word, following in zip(words, words[1:], strict=False) if word == option]
-    return [*found, *(word.removeprefix(f"{option}=") for word in words if word.startswith(f"{option}="))]
 
 
 class OneOfOptions(argparse.Action):
@@ -74,13 +24,6 @@ class OneOfOptions(argparse.Action):
             parser.error(f"{by} {former} and {option} {value} are two names of one option: {advice}")
         setattr(namespace, self.dest, value)
         setattr(namespace, f"{self.dest}_option", option)
-
-
-def let_every_character_print() -> None:
-    """Where a terminal or a pipe lacks a character, as in ASCII, print its number instead of failing."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
 
 
 def number(text: str) -> float:
@@ -116,7 +59,7 @@ def whole(text: str) -> int:
 
 
 def checked(text: str, read: Callable[[str], Number], is_legal: Callable[[Number], bool], what: str) -> Number:
-    """The value of a word; an error that argparse tells if it is not what it must be."""
+    """The value of a word; an error for argparse if it is not what it must be."""
     with suppress(ValueError):
         if is_legal(value := read(text)):
             return value

@@ -1,21 +1,21 @@
-"""Requests: resolved once, from words to objects that do not change; nothing writes into argparse's namespace."""
+"""From settings to a scene and its pictures."""
 
 import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.words import as_value
+from taichi_tracer.apps.grammar import as_value
+from taichi_tracer.apps.pictures import request_of
+from taichi_tracer.settings import RenderSettings
 
 
 def parsed(*words):
-    return make_parser().parse_args([as_value(word) for word in words])
+    return request_of(RenderSettings.of(make_parser().parse_args([as_value(word) for word in words])))
 
 
 def test_light_is_added_only_where_there_is_none():
     def environment_of(*words):
-        scene, _ = scene_and_pictures_of(parsed("render", "cube", *words))
-        return None if scene.environment is None else scene.environment.name
+        return parsed("render", "cube", *words).environment
 
     assert environment_of("--view", "normal") is None
     assert environment_of("--view", "normal,mis") == "studio"
@@ -26,7 +26,7 @@ def test_light_is_added_only_where_there_is_none():
 
 def test_a_camera_takes_what_is_given_and_leaves_the_rest():
     def view_of(*words):
-        _, (picture,) = scene_and_pictures_of(parsed("render", "cube", "--size", "20x10", *words))
+        (picture,) = parsed("render", "cube", "--size", "20x10", *words).pictures
         return picture.view_of({"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 90.0})
 
     assert view_of() == {"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 90.0}
