@@ -9,7 +9,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.contracts.statistics import chi_square_p, chi_square_sf, sidak
+from taichi_tracer.contracts.statistics import ABOVE_ZERO, check_range, chi_square_p, chi_square_sf, sidak
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 200_000  # of each point
@@ -114,8 +114,7 @@ def check_lamp_choice(part):
 def check_probabilities(bench, x, n):
     """Finite, at least 0, and 1 together."""
     found, what = bench.probabilities(x, n), f"{bench.name} at {x}"
-    assert np.isfinite(found).all(), f"{what}: a probability is not finite"
-    assert (found >= 0).all(), f"{what}: a probability is {found.min()}"
+    check_range(f"{what}: a probability", found, 0)
     assert abs(found.sum() - 1) < LAMPS * ROUNDING, (
         f"{what}: the probabilities of all lamps add up to {found.sum():.5f}"
     )
@@ -128,17 +127,15 @@ def check_choices(bench, x, n, level, seed):
     lamp, probability, rest = bench.chosen(x, n, xi)
     lamp = lamp.astype(int)
     what = f"{bench.name} at {x}"
-    assert (lamp >= 0).all(), f"{what}: chooses lamp {lamp.min()}"
-    assert (lamp < bench.count).all(), f"{what}: chooses lamp {lamp.max()} of {bench.count}"
-    assert np.isfinite(probability).all(), f"{what}: choose returns a probability that is not finite"
-    assert (probability > 0).all(), f"{what}: chooses a lamp with the probability {probability.min()}"
+    check_range(f"{what}: the number of a lamp that choose returns", lamp, 0, bench.count - 1)
+    check_range(f"{what}: a probability that choose returns", probability, ABOVE_ZERO)
     expected = bench.probabilities(x, n)
     off = np.abs(probability / expected[lamp] - 1).max()
     assert off < LAMPS * ROUNDING, f"{what}: choose returns a probability that is wrong by {off:.2g} of its value"
     p = chi_square_p(np.bincount(lamp, minlength=bench.count), SAMPLES * expected)
     assert p > level, f"{what}: lamps are not chosen with their probabilities: p = {p:.1e}"
     if not bench.choice.samples_points:  # such a choice draws the point itself, and nobody uses what is left
-        assert ((rest >= 0) & (rest < 1)).all(), f"{what}: the rest is from {rest.min()} to {rest.max()}, not in [0, 1)"
+        check_range(f"{what}: the rest", rest, 0, LAST)
         p = p_of_uniform(lamp, rest)
         assert p > level, f"{what}: the rest is not uniform among the samples of a lamp: p = {p:.1e}"
 

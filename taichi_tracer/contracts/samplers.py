@@ -13,6 +13,7 @@ import taichi as ti
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.contracts.statistics import (
     ALPHA,
+    check_range,
     chi_square_p,
     chi_square_sf,
     largest_z,
@@ -26,6 +27,7 @@ from taichi_tracer.system import runtime
 DIMENSIONS = 64  # pairs of numbers of one sample
 WIDTH = HEIGHT = 128
 BINS = 8
+BELOW_ONE = 1 - 2.0**-53
 ALPHA_OF_ONE = ALPHA / 6  # of the six sets of tests that one sampler goes through
 # Samples of a pixel, the dimensions of which each two are looked at, boxes of a side, and how many of them must be
 # filled. Of independent points, 1 − e⁻⁴ = 98 % are.
@@ -93,9 +95,7 @@ def check_numbers_are_uniform(sampler):
     sets = [numbers(sampler, keys_of_pixels()), numbers(sampler, keys_of_samples(5, 3, 4096))]
     level = sidak(2 * sum(np.prod(found.shape[1:]) for found in sets), ALPHA_OF_ONE)
     for found in sets:
-        assert np.isfinite(found).all(), f"{sampler.name}: a number is not finite"
-        assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
-        assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
+        check_range(f"{sampler.name}: a number", found, 0, BELOW_ONE)
         columns = found.reshape(len(found), -1).astype(np.float64)
         for k in range(columns.shape[1]):
             counts = np.bincount((columns[:, k] * 64).astype(int), minlength=64)
@@ -173,8 +173,7 @@ def check_dimensions_advance(sampler):
         return first, second, third, rng.next_2d()
 
     found = np.column_stack(Rows(by_turns, [WHOLE] * 3, [2, 1, 1, 2])(*keys_of_pixels().T))
-    assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
-    assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
+    check_range(f"{sampler.name}: a number", found, 0, BELOW_ONE)
     r = np.corrcoef(found.T.astype(np.float64))[np.triu_indices(6, 1)]
     z = np.abs(r).max() * np.sqrt(len(found))
     assert z < largest_z(len(r), ALPHA_OF_ONE), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"

@@ -14,6 +14,7 @@ import numpy as np
 # The probability that a part which is right fails one of all the tests of its contract. The seeds are fixed, so that a
 # part which passes once passes always.
 ALPHA = 0.01
+ABOVE_ZERO = np.finfo(np.float64).tiny  # the least value of what must not be 0
 QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 TERMS = 100  # of Kolmogorov's series; far fewer matter
@@ -164,3 +165,11 @@ class SphereCells:
         )
         values = np.asarray(function(directions.reshape(-1, 3)), np.float64).reshape(len(corners), 5, 5, -1)
         return np.einsum("i,j,nijk->nk", weights, weights, values) * (2 * sizes.prod(axis=1))[:, None]  # dω = 2 ds dφ
+
+
+def check_range(what, values, low=-np.inf, high=np.inf):
+    """Raise an AssertionError if a number is not finite, or below ``low``, or above ``high``."""
+    values = np.asarray(values, np.float64)
+    assert np.isfinite(values).all(), f"{what} is not finite"
+    assert (values >= low).all(), f"{what} is {values.min()}, below {low:g}"
+    assert (values <= high).all(), f"{what} is {values.max()}, above {high:g}"

@@ -5,6 +5,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.contracts.lab import Rows
+from taichi_tracer.contracts.statistics import ABOVE_ZERO, check_range
 
 STEPS = 4000
 ROUNDING = 1e-12  # by which the last steps of a curve in float64 may go back
@@ -19,12 +20,11 @@ def places(tone):
 
 def check_tone(tone):
     """0 stays 0, white becomes 1, nothing decreases, and kernels agree with Python."""
-    assert np.isfinite(tone.white), f"{tone.name}: white is {tone.white}"
-    assert tone.white > 0, f"{tone.name}: white is {tone.white}"
+    check_range(f"{tone.name}: white", tone.white, ABOVE_ZERO)
     x = places(tone)
     y = np.asarray(tone.curve(x.copy()), np.float64)
     assert y.shape == x.shape, f"{tone.name}: {x.shape} values became {y.shape}"
-    assert np.isfinite(y).all(), f"{tone.name}: values are not finite"
+    check_range(f"{tone.name}: a value", y)
     assert y[0] == 0, f"{tone.name}: 0 becomes {y[0]}"
     assert abs(y[-1] - 1) < 1e-6, f"{tone.name}: white, {tone.white:g}, becomes {y[-1]}"
     assert (np.diff(y) >= -ROUNDING).all(), f"{tone.name}: it decreases at {x[np.diff(y).argmin()]:.3g}"

@@ -11,6 +11,7 @@ import taichi as ti
 import taichi_tracer as tt
 from taichi_tracer.contracts.cameras import rays
 from taichi_tracer.contracts.intersectors import all_primitives
+from taichi_tracer.contracts.statistics import check_range
 from taichi_tracer.system import runtime
 
 SIZE = 40
@@ -35,8 +36,7 @@ def check_view(view):
     image, non_finite = renderer.render().image(), renderer.non_finite
     assert non_finite == 0, f"{view.name}: {non_finite} pixels are not finite"
     seen, missed = image[on_triangle], image[ids < 0]
-    assert seen.min() >= -ROUNDING, f"{view.name}: {seen.min()} is below 0"
-    assert seen.max() <= 1 + ROUNDING, f"{view.name}: {seen.max()} is above 1"
+    check_range(f"{view.name}: a colour", seen, -ROUNDING, 1 + ROUNDING)
     assert not missed.any(), f"{view.name}: a miss is not black, but {missed.max(axis=0)}"
     renderer.reset()
     assert np.array_equal(renderer.render().image(), image), f"{view.name}: the second picture differs from the first"

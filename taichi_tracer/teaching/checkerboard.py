@@ -13,6 +13,7 @@ DARK, LIGHT = 70, 100  # the two greys, of 255
 SQUARES = 8  # along the shorter side
 TEXT_SHARE = 1 / 22  # the height of the letters, as a share of the shorter side
 SMALLEST_TEXT = 9  # pixels
+WIDTH_OF_A_LETTER = 0.6  # of its height
 
 
 def marked(renderer: Any) -> Any:
@@ -80,12 +81,9 @@ def board(width: int, height: int, names: tuple[str, ...]) -> np.ndarray:
     grey = np.where((x + y) % 2 == 0, DARK, LIGHT).astype(np.uint8)
     image = Image.fromarray(np.repeat(grey[..., None], 3, axis=2))
     lines = ["not written yet:", *names]
-    letters = max(SMALLEST_TEXT, round(min(width, height) * TEXT_SHARE))
-    font = font_of(letters)
-    pen = ImageDraw.Draw(image)
-    widest = max(font.getlength(line) for line in lines)
-    if widest > 0.94 * width:
-        font = font_of(max(SMALLEST_TEXT, int(letters * 0.94 * width / widest)))
-    pen.multiline_text((width / 2, height / 2), "\n".join(lines), fill=(255, 220, 120), font=font, anchor="mm")
+    fitting = width / max(map(len, lines)) / WIDTH_OF_A_LETTER
+    letters = max(SMALLEST_TEXT, round(min(min(width, height) * TEXT_SHARE, fitting)))
+    place = {"font": font_of(letters), "anchor": "mm", "fill": (255, 220, 120)}
+    ImageDraw.Draw(image).multiline_text((width / 2, height / 2), "\n".join(lines), **place)
     rows = np.asarray(image, np.float32) / 255
     return np.ascontiguousarray(rows[::-1].swapaxes(0, 1))

@@ -9,7 +9,6 @@ import contextlib
 import hashlib
 import json
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -67,37 +66,6 @@ class GradingSettings:
     finds: bool = True
 
 
-class Stop:
-    """Lets another thread stop the grading: running processes are ended, and no new ones are started."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._children: set[SubmissionProcess] = set()
-        self._is_set = False
-
-    def __bool__(self) -> bool:
-        return self._is_set
-
-    def set(self) -> None:
-        """Stop the grading."""
-        with self._lock:
-            self._is_set = True
-            for child in self._children:
-                child.hurry()
-
-    def add(self, child: SubmissionProcess) -> None:
-        """A process that has to end if the grading stops."""
-        with self._lock:
-            self._children.add(child)
-            if self._is_set:
-                child.hurry()
-
-    def remove(self, child: SubmissionProcess) -> None:
-        """A process that ends by itself."""
-        with self._lock:
-            self._children.discard(child)
-
-
 # ── a class ──
 
 
@@ -112,11 +80,10 @@ def grade_class(
     Args:
         watch: a function that is called with each mark as soon as it is known, in this thread.
     """
-    stop = Stop()
     marks: dict[str, Mark] = {}
     with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
         reference.expected  # noqa: B018 (computed before the threads ask for it)
-        waiting = {pool.submit(grade_or_read, reference, one, settings, stop): one for one in found}
+        waiting = {pool.submit(grade_or_read, reference, one, settings): one for one in found}
         try:
             for future in as_completed(waiting):
                 one = waiting[future]
@@ -124,20 +91,20 @@ def grade_class(
                 if watch is not None:
                     watch(marks[one.key])
         except BaseException:
-            stop.set()
+            reference.stop()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [marks[one.key] for one in found]
 
 
-def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop) -> Mark:
+def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
     """The mark of a submission that was graded before, or else a new one, which is kept."""
     place = kept_at(reference.assignment, submitted, settings.seed)
     known = None if settings.anew else read(place)
     if known is not None:
         return known
-    mark, pictures = grade(reference, submitted, settings, stop)
-    if not stop:
+    mark, pictures = grade(reference, submitted, settings)
+    if not reference.is_stopped:
         keep(place, mark, pictures)
     return mark
 
@@ -145,54 +112,38 @@ def grade_or_read(reference: Reference, submitted: Submission, settings: Grading
 # ── one submission ──
 
 
-def grade(
-    reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop | None = None
-) -> tuple[Mark, dict[str, np.ndarray]]:
+def grade(reference: Reference, submitted: Submission, settings: GradingSettings) -> tuple[Mark, dict[str, np.ndarray]]:
     """The mark of one submission, and the pictures "PART/yours" and so on."""
     assignment = reference.assignment
-    work = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
     blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))
     pictures: dict[str, np.ndarray] = {}
-    try:
-        unpacked = submissions.unpack(submitted, Path(work.name) / "files", assignment.files)
+    with tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True) as work:
+        try:
+            unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
+        except RefusedError as error:
+            missing = PartResult(MISSING, message="nothing was unpacked")
+            facts = [(p.name, p.topic, 0.0 if p.is_optional else p.points) for p in assignment.parts]
+            parts = [replace(missing, name=name, topic=topic, points=points) for name, topic, points in facts]
+            return replace(blank, parts=tuple(parts), refused=clean(str(error))), pictures
         import_quickly("taichi_tracer.course.files").correct_notes(unpacked, assignment.name, assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
-        with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
+        with Runner(reference, unpacked.folder, settings) as runner:
             marks = {p.name: runner.mark(p, pictures) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
-            for part in assignment.parts:
-                marks[part.name] = runner.consequential(part, marks)
-            parts = tuple(marks[part.name] for part in assignment.parts)
+            parts = [runner.consequential(part, marks) for part in assignment.parts]
         found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
-        return replace(blank, parts=parts, **found), pictures
-    except RefusedError as error:
-        reason = clean(str(error))
-        parts = tuple(
-            PartResult(
-                MISSING,
-                message="nothing was unpacked",
-                name=p.name,
-                topic=p.topic,
-                points=p.points * (not p.is_optional),
-            )
-            for p in assignment.parts
-        )
-        return replace(blank, parts=parts, refused=reason), pictures
-    finally:
-        work.cleanup()
+        return replace(blank, parts=tuple(parts), **found), pictures
 
 
 class Runner:
     """Asks a submission's process for one part after the other, and starts it anew where a part has ended it."""
 
-    def __init__(self, reference: Reference, folder: Path, settings: GradingSettings, stop: Stop) -> None:
-        self.reference, self.folder, self.settings, self.stop = reference, folder, settings, stop
-        self.printed = ""
+    def __init__(self, reference: Reference, folder: Path, settings: GradingSettings) -> None:
+        self.reference, self.folder, self.settings = reference, folder, settings
+        self.printed, self._late, self._is_fresh = "", 0, False  # fresh: it has not been asked for a part yet
         self._child: SubmissionProcess | None = None
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
-        self._late = 0
-        self._is_fresh = False  # whether the process has not been asked for a part yet
 
     def __enter__(self) -> "Runner":
         return self
@@ -224,7 +175,8 @@ class Runner:
         verdict = judged(part, self.reference.inputs[part.name], answers, expected)
         for name, picture in verdict.pictures.items():
             pictures[f"{part.name}/{name}"] = np.clip(np.nan_to_num(picture), 0, 1).astype(KEPT_SHAPE)
-        is_explained = self.settings.finds and verdict.status != RIGHT and part.replaces and not self.stop
+        is_wanted = self.settings.finds and not self.reference.is_stopped
+        is_explained = is_wanted and verdict.status != RIGHT and part.replaces
         findings = self.reference.find(part, answers) if is_explained else ()
         facts = {"first_wrong": plain(verdict.first_wrong), "findings": tuple(plain(findings)), "seconds": seconds}
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
@@ -237,18 +189,14 @@ class Runner:
         multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
         """
         mark = marks[part.name]
-        if part.replaces or mark.status != WRONG:
-            return mark
         tested = {one.name for one in self.reference.assignment.parts if one.replaces and not one.is_optional}
         methods = [other for name, other in marks.items() if name in tested]
         wrong = [other.name for other in methods if other.status == WRONG]
-        if not wrong:
+        if part.replaces or mark.status != WRONG or not wrong:
             return mark
         try:
-            reply, answers = self._ask(part, wrong)
+            _, answers = self._ask(part, wrong)
         except ChildEnded:
-            return mark
-        if reply.get("status") != OK:
             return mark
         verdict = judged(part, self.reference.inputs[part.name], answers, self.reference.expected[part.name])
         points = sum(other.points for other in methods)
@@ -274,7 +222,7 @@ class Runner:
                 return self._child.ask(request, self.reference.inputs[part.name])
             except ChildEnded as error:
                 self._end()
-                if is_first or self.stop:
+                if is_first or self.reference.is_stopped:
                     self._late += error.is_late
                     raise
                 self._start(files, hurries=error.is_late)
@@ -299,13 +247,13 @@ class Runner:
         limits = self.settings.limits
         if hurries or self._late >= PATIENCE:
             limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
-        if self.stop:
-            raise ChildEnded("the grader was stopped")
         given = self.reference.assignment.folder
         self._child = SubmissionProcess(
             self.folder, self.settings.level, limits, self.reference.kernels, assignment=given
         )
-        self.stop.add(self._child)
+        self.reference.running.add(self._child)
+        if self.reference.is_stopped:
+            self._child.hurry()
         request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission", "files": list(files)}
         try:
             self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
@@ -319,7 +267,7 @@ class Runner:
     def _end(self) -> None:
         if self._child is not None:
             self._child.end()
-            self.stop.remove(self._child)
+            self.reference.running.discard(self._child)
             self.printed = cut(self.printed + clean(self._child.output, LONGEST_PRINT, lines=True))
             self._child = None
 

@@ -27,6 +27,9 @@ class Reference:
 
     Args:
         assignment: what is graded. seed: decides the inputs.
+
+    Attributes:
+        running: the processes of hand-ins. is_stopped: whether these are ended, and no marks are kept.
     """
 
     def __init__(self, assignment: Assignment, seed: int) -> None:
@@ -35,6 +38,8 @@ class Reference:
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
         self._child: SubmissionProcess | None = None
         self._lock = threading.Lock()
+        self.running: set[SubmissionProcess] = set()
+        self.is_stopped = False
 
     def __enter__(self) -> "Reference":
         return self
@@ -42,6 +47,12 @@ class Reference:
     def __exit__(self, *_error) -> None:
         with self._lock:
             self._end()
+
+    def stop(self) -> None:
+        """End the processes of hand-ins; those that are started from now on end at once."""
+        self.is_stopped = True
+        for child in list(self.running):
+            child.hurry()
 
     @property
     def kernels(self) -> Path:

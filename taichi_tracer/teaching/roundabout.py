@@ -61,50 +61,32 @@ def roundabout(tree: ast.AST, methods: dict[str, set[str]], own: set[str]) -> It
     Args:
         own: the names of the student's files, without ".py".
     """
-    written, others = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}, set()
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = {alias.asname or alias.name.partition(".")[0] for alias in node.names}
-            is_own = isinstance(node, ast.ImportFrom) and (node.module or "").removeprefix("taichi_tracer.") in own
-            written |= names if is_own else set()  # as files of the course import each other
-            others |= set() if is_own else names
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name) and node.id in ROUND_THE_RULE:
-            yield f"it uses {node.id}"
-        elif isinstance(node, ast.Attribute) and node.attr in OF_PYTHON:
-            yield f"it uses {node.attr}"
-        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load):
-            yield from packages_own(node, methods, written)
-        elif isinstance(node, (ast.Attribute, ast.Subscript)) and root_of(node) in others:
-            yield f"it changes {ast.unparse(node)}"
-        elif isinstance(node, ast.Call):
-            yield from calls(node, others)
-
-
-def packages_own(node: ast.Attribute, methods: dict[str, set[str]], written: set[str]) -> Iterator[str]:
-    """The package's own method in place of one's own."""
-    owner = node.value
-    name = owner.attr if isinstance(owner, ast.Attribute) else getattr(owner, "id", "")
-    is_super = isinstance(owner, ast.Call) and getattr(owner.func, "id", "") == "super"
-    is_package = name in methods and (isinstance(owner, ast.Attribute) or name not in written)
-    if is_package and node.attr in methods[name]:
-        yield f"it uses the package's own {name}.{node.attr}"
-    if is_super and any(node.attr in names for names in methods.values()):
-        yield f"it uses the package's own {node.attr} by super()"
-
-
-def calls(node: ast.Call, others: set[str]) -> Iterator[str]:
-    """Calls that open files, or change what is not the student's.
-
-    Args:
-        others: names of what was imported.
-    """
-    name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-    is_of_module = isinstance(node.func, ast.Attribute) and root_of(node.func) in others
-    if name in OPENS or (name in READS_ARRAYS and is_of_module):
-        yield f"it opens a file: {ast.unparse(node)[:LONGEST]}"
-    if name in CHANGES and node.args and root_of(node.args[0]) in others:
-        yield f"it changes {ast.unparse(node.args[0])}"
+    nodes, others = list(ast.walk(tree)), set()
+    written = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
+    for node in (node for node in nodes if isinstance(node, (ast.Import, ast.ImportFrom))):
+        is_own = isinstance(node, ast.ImportFrom) and (node.module or "").removeprefix("taichi_tracer.") in own
+        names = {alias.asname or alias.name.partition(".")[0] for alias in node.names}
+        (written if is_own else others).update(names)  # as files of the course import each other
+    for node in nodes:
+        match node:
+            case ast.Name(name) if name in ROUND_THE_RULE:
+                yield f"it uses {name}"
+            case ast.Attribute(attr=name) if name in OF_PYTHON:
+                yield f"it uses {name}"
+            case ast.Attribute(ast.Call(ast.Name("super")), name, ast.Load()) if name in set().union(*methods.values()):
+                yield f"it uses the package's own {name} by super()"
+            case ast.Attribute(ast.Attribute(attr=cls), name, ast.Load()) if name in methods.get(cls, ()):
+                yield f"it uses the package's own {cls}.{name}"
+            case ast.Attribute(ast.Name(cls), name, ast.Load()) if cls not in written and name in methods.get(cls, ()):
+                yield f"it uses the package's own {cls}.{name}"
+            case ast.Attribute(ctx=ast.Store() | ast.Del()) | ast.Subscript(ctx=ast.Store() | ast.Del()):
+                yield from [f"it changes {ast.unparse(node)}"] * (root_of(node) in others)
+            case ast.Call(ast.Attribute(attr=name) | ast.Name(name), arguments):
+                is_of_module = isinstance(node.func, ast.Attribute) and root_of(node.func) in others
+                if name in OPENS or (name in READS_ARRAYS and is_of_module):
+                    yield f"it opens a file: {ast.unparse(node)[:LONGEST]}"
+                if name in CHANGES and arguments and root_of(arguments[0]) in others:
+                    yield f"it changes {ast.unparse(arguments[0])}"
 
 
 def root_of(node: ast.AST) -> str:

@@ -229,7 +229,7 @@ class AddressAsFact(Lamp):
         InfiniteRadiance: "radiance is not finite",
         NearAndFar: "distance is 100",
         SquaredDistance: "distances are wrong",
-        DensityOfAPoint: "returns a pdf of 0.0795",
+        DensityOfAPoint: "pdf of 0.0795",
         SeenByRays: "no ray sees a delta light",
         AddressAsFact: "facts differ",
     }

@@ -63,8 +63,8 @@ class Dice(tt.View):
 
 BROKEN = {
     NotANumber: "are not finite",
-    TooBright: "is above 1",
-    Negative: "is below 0",
+    TooBright: "above 1",
+    Negative: "below -1e-06",
     ColouredMisses: "a miss is not black",
     Dice: "the second picture differs",
 }

@@ -1,5 +1,7 @@
 """What is checked in assignment 2: jitter, the running mean, the environment, directions, densities, direct light."""
 
+from functools import partial
+
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -157,21 +159,39 @@ def surfaces(rng: np.random.Generator, count: int) -> Arrays:
     return {"Kd": Kd, "Ns": Ns.astype(f32), "normal": normal.astype(f32), "w_o": w_o.astype(f32)}
 
 
-def few_surfaces(rng: np.random.Generator) -> Arrays:
-    """Twelve surfaces, on each of which many directions are drawn."""
-    return surfaces(rng, 12)
+def run_drawn(material, names):
+    """A function that draws directions on each surface.
+
+    Args:
+        material: a ``ti.func`` of two numbers of a surface. names: of these among the inputs.
+    """
+
+    def run(brdf_class: type, inputs: Arrays) -> Arrays:
+        brdf = stand_ins.bare(brdf_class)
+
+        @ti.func
+        def w_i(a, b, w_o, normal):
+            return brdf.sample_direction(material(a, b), w_o, normal)
+
+        drawn = samples(w_i, inputs, [*names, "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"]
+        return {"w_i": statistics(drawn), "length": length_of(drawn)}
+
+    return run
 
 
-def run_brdf_sample(brdf_class: type, inputs: Arrays) -> Arrays:
-    """Directions on each surface."""
-    brdf = stand_ins.bare(brdf_class)
+def run_values(material, names, method_name: str, answer: str, width: int):
+    """A function that evaluates a method for all pairs of directions; see ``run_drawn``."""
 
-    @ti.func
-    def w_i(Kd, Ns, w_o, normal):
-        return brdf.sample_direction(stand_ins.material_of(Kd, Ns), w_o, normal)
+    def run(brdf_class: type, inputs: Arrays) -> Arrays:
+        function = getattr(stand_ins.bare(brdf_class), method_name)
 
-    drawn = samples(w_i, inputs, ["Kd", "Ns", "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"]
-    return {"w_i": statistics(drawn), "length": length_of(drawn)}
+        @ti.func
+        def value(a, b, w_o, w_i, normal):
+            return function(material(a, b), w_o, w_i, normal)
+
+        return rows(value, inputs, [*names, "w_o", "w_i", "normal"], {answer: width})
+
+    return run
 
 
 def pairs_of_directions(rng: np.random.Generator) -> Arrays:
@@ -197,21 +217,6 @@ def any_pairs_of_directions(rng: np.random.Generator) -> Arrays:
     return found
 
 
-def run_brdf(name: str, answer: str, width: int):
-    """A function that evaluates a method of the BRDF for all pairs of directions."""
-
-    def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(stand_ins.bare(brdf_class), name)
-
-        @ti.func
-        def value(Kd, Ns, w_o, w_i, normal):
-            return function(stand_ins.material_of(Kd, Ns), w_o, w_i, normal)
-
-        return rows(value, inputs, ["Kd", "Ns", "w_o", "w_i", "normal"], {answer: width})
-
-    return run
-
-
 # ── microfacets, which are optional ──
 
 
@@ -223,23 +228,6 @@ def rough_surfaces(rng: np.random.Generator, count: int) -> Arrays:
     return {"alpha": alpha.astype(f32), "F0": F0.astype(f32), "normal": found["normal"], "w_o": w_o.astype(f32)}
 
 
-def few_rough_surfaces(rng: np.random.Generator) -> Arrays:
-    """Twelve of them, on each of which many directions are drawn."""
-    return rough_surfaces(rng, 12)
-
-
-def run_microfacet_sample(brdf_class: type, inputs: Arrays) -> Arrays:
-    """Directions on each surface."""
-    brdf = stand_ins.bare(brdf_class)
-
-    @ti.func
-    def w_i(alpha, F0, w_o, normal):
-        return brdf.sample_direction(stand_ins.rough_material_of(alpha, F0), w_o, normal)
-
-    drawn = samples(w_i, inputs, ["alpha", "F0", "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"]
-    return {"w_i": statistics(drawn), "length": length_of(drawn)}
-
-
 def rough_pairs(rng: np.random.Generator) -> Arrays:
     """Rough metals with directions to the light, all of them above the horizon and near the middle of the lobe."""
     found = rough_surfaces(rng, 300)
@@ -249,21 +237,6 @@ def rough_pairs(rng: np.random.Generator) -> Arrays:
     cosine = (n * w_i).sum(axis=1, keepdims=True)
     w_i = stand_ins.unit(w_i + np.maximum(0.15 - cosine, 0) * n)
     return {**found, "w_i": w_i.astype(np.float32)}
-
-
-def run_microfacet(name: str, answer: str, width: int):
-    """A function that evaluates a method for all pairs of directions."""
-
-    def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(stand_ins.bare(brdf_class), name)
-
-        @ti.func
-        def value(alpha, F0, w_o, w_i, normal):
-            return function(stand_ins.rough_material_of(alpha, F0), w_o, w_i, normal)
-
-        return rows(value, inputs, ["alpha", "F0", "w_o", "w_i", "normal"], {answer: width})
-
-    return run
 
 
 # ── one sample of the direct light ──
@@ -326,10 +299,16 @@ LENGTH = ("length",)
 BOTH = stand_ins.run_integrators(("uniform", "brdf"), LIGHT_SAMPLES)
 PIXELS, RAYS_OF_PIXELS = Samples(("centre",), "pixels"), Samples(("origin", "direction"), "pixels")
 DIRECTION = Numbers(2e-3, called="directions")
-PDF, F_R = run_brdf("evaluate_probability", "probability", 1), run_brdf("evaluate_brdf", "f_r", 3)
-FACTOR, SAME_FACTOR = run_brdf("evaluate_brdf_factor", "factor", 3), Numbers(1e-4, called="directions")
-M_PDF, M_F_R = run_microfacet("evaluate_probability", "probability", 1), run_microfacet("evaluate_brdf", "f_r", 3)
-M_FACTOR, DRAWN = run_microfacet("evaluate_brdf_factor", "factor", 3), Samples(exact=LENGTH, called="surfaces")
+COURSE, ROUGH = (stand_ins.material_of, ("Kd", "Ns")), (stand_ins.rough_material_of, ("alpha", "F0"))
+VALUES = (
+    ("evaluate_probability", "probability", 1),
+    ("evaluate_brdf", "f_r", 3),
+    ("evaluate_brdf_factor", "factor", 3),
+)
+PDF, F_R, FACTOR = (run_values(*COURSE, *value) for value in VALUES)
+M_PDF, M_F_R, M_FACTOR = (run_values(*ROUGH, *value) for value in VALUES)
+FEW, FEW_ROUGH = partial(surfaces, count=12), partial(rough_surfaces, count=12)
+SAME_FACTOR, DRAWN = Numbers(1e-4, called="directions"), Samples(exact=LENGTH, called="surfaces")
 PARTS = (
     method("Camera.generate_ndc_coords", 3, JITTER, pixels, run_ndc, PIXELS),
     method("Camera.generate_ray", 2, JITTER, pixels, run_ray, RAYS_OF_PIXELS),
@@ -337,14 +316,12 @@ PARTS = (
     method("Environment.query_ray", 4, SKY, sky, run_sky, Numbers(1e-4, called="directions")),
     method("UniformSampler.sample_direction", 2, DIRECTIONS, repeats, run_uniform, Samples(exact=LENGTH)),
     method("UniformSampler.evaluate_probability", 1, DIRECTIONS, repeats, run_uniform_pdf, Numbers(1e-5)),
-    method("BRDF.sample_direction", 4, DIRECTIONS, few_surfaces, run_brdf_sample, DRAWN),
+    method("BRDF.sample_direction", 4, DIRECTIONS, FEW, run_drawn(*COURSE), DRAWN),
     method("BRDF.evaluate_probability", 2, DIRECTIONS, any_pairs_of_directions, PDF, DIRECTION),
     method("BRDF.evaluate_brdf", 2, REFLECTION, pairs_of_directions, F_R, DIRECTION),
     method("BRDF.evaluate_brdf_factor", 2, REFLECTION, pairs_of_directions, FACTOR, SAME_FACTOR),
     method("A2Renderer.shade_ray", 5, LIGHT, lit_scene, BOTH, Samples(called="rays")),
-    optional(
-        method("MicrofacetBRDF.sample_direction", 4, MICROFACETS, few_rough_surfaces, run_microfacet_sample, DRAWN)
-    ),
+    optional(method("MicrofacetBRDF.sample_direction", 4, MICROFACETS, FEW_ROUGH, run_drawn(*ROUGH), DRAWN)),
     optional(method("MicrofacetBRDF.evaluate_probability", 2, MICROFACETS, rough_pairs, M_PDF, DIRECTION)),
     optional(method("MicrofacetBRDF.evaluate_brdf", 2, MICROFACETS, rough_pairs, M_F_R, DIRECTION)),
     optional(method("MicrofacetBRDF.evaluate_brdf_factor", 2, MICROFACETS, rough_pairs, M_FACTOR, DIRECTION)),
