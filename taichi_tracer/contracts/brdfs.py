@@ -11,7 +11,14 @@ import taichi as ti
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.contracts.statistics import SphereCells, check_range, chi_square_p, sidak
+from taichi_tracer.contracts.statistics import (
+    SphereCells,
+    check_range,
+    chi_square_p,
+    directions_everywhere,
+    sidak,
+    uniform_pairs,
+)
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
 
@@ -106,17 +113,6 @@ def viewer(n, cosine):
     return cosine * n + np.sqrt(1 - cosine**2) * side
 
 
-def uniform_pairs(count, seed):
-    """(count, 2) random numbers below 1, in f32 too."""
-    return np.random.default_rng(seed).random((count, 2), dtype=np.float32)
-
-
-def directions_everywhere(count, seed=3):
-    """(count, 3) unit vectors, uniform on the sphere."""
-    d = np.random.default_rng(seed).normal(size=(count, 3))
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
-
-
 # ── the checks ──
 
 
@@ -125,12 +121,6 @@ def steps(brdf):
     if brdf.is_delta:
         return (check_delta,)
     return check_values_are_finite, check_reaches_all, check_sample_follows_pdf, check_reciprocity
-
-
-def check_brdf(brdf):
-    """All that a BRDF must do."""
-    for step in steps(brdf):
-        step(brdf)
 
 
 def check_sample_follows_pdf(brdf):

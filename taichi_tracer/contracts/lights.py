@@ -10,7 +10,15 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import Rows
-from taichi_tracer.contracts.statistics import ABOVE_ZERO, SphereCells, check_range, chi_square_p, sidak
+from taichi_tracer.contracts.statistics import (
+    ABOVE_ZERO,
+    SphereCells,
+    check_range,
+    chi_square_p,
+    directions_everywhere,
+    sidak,
+    uniform_pairs,
+)
 from taichi_tracer.ray import no_hit
 
 SAMPLES = 100_000
@@ -47,18 +55,6 @@ class Bench:
 
         self.sample = Rows(sample, [3, 2], [3, 1, 3, 1])  # x, (N, 2) ξ → w_i, distance, radiance, pdf
         self.values = Rows(values, [3, 3], [1, 3])  # x, (N, 3) w_i → pdf, radiance
-
-
-def pairs(count, seed):
-    """(count, 2) random numbers below 1, in f32 too."""
-    return np.random.default_rng(seed).random((count, 2), dtype=np.float32)
-
-
-def everywhere(count=2000):
-    """(count, 3) unit vectors: uniform on the sphere, and the axes."""
-    d = np.random.default_rng(3).normal(size=(count, 3))
-    axes = np.concatenate([np.eye(3), -np.eye(3)])
-    return np.concatenate([axes, d / np.linalg.norm(d, axis=1, keepdims=True)])
 
 
 # ── the checks ──
@@ -108,7 +104,7 @@ def steps(light):
 def check_samples_are_legal(bench):
     """Directions of unit length; finite radiance and densities, of at least 0; distances above 0, ∞ where it is far."""
     light, corner = bench.light, np.float32(1) - np.float32(2**-24)
-    xi = np.concatenate([[[0, 0], [0, corner], [corner, 0], [corner, corner]], pairs(5000, seed=1)])
+    xi = np.concatenate([[[0, 0], [0, corner], [corner, 0], [corner, corner]], uniform_pairs(5000, seed=1)])
     for x in bench.points:
         w_i, distance, radiance, pdf = bench.sample(x, xi)
         what = f"{light.name} at {x}"
@@ -118,19 +114,19 @@ def check_samples_are_legal(bench):
         check_range(f"{what}: a pdf that sample returns", pdf, ABOVE_ZERO)
         assert (distance > 0).all(), f"{what}: the light is at the distance {distance.min()}"
         assert (np.isinf(distance) == light.is_far).all(), f"{what}: distance is {distance[0]}, is_far {light.is_far}"
-        density, seen = bench.values(x, everywhere())
+        density, seen = bench.values(x, directions_everywhere(2000))
         check_range(f"{what}: pdf", density, 0)
         check_range(f"{what}: radiance", seen, 0)
 
 
 def check_delta(bench):
     """A pdf of 1; no ray sees it; from everywhere its samples lie in one place, or if it is far, in one direction."""
-    light, xi = bench.light, pairs(50, seed=2)
+    light, xi = bench.light, uniform_pairs(50, seed=2)
     ends = []
     for x in bench.points:
         w_i, distance, _, pdf = bench.sample(x, xi)
         assert (pdf == 1).all(), f"{light.name}: sample of a delta light returns a pdf of {pdf[pdf != 1][0]}, not 1"
-        density, seen = bench.values(x, np.concatenate([w_i, everywhere(200)]))
+        density, seen = bench.values(x, np.concatenate([w_i, directions_everywhere(200)]))
         assert not density.any(), f"{light.name}: pdf of a delta light is 0"
         assert not seen.any(), f"{light.name}: no ray sees a delta light: radiance is 0"
         ends.append(w_i if light.is_far else x + distance[:, None] * w_i)
@@ -142,7 +138,7 @@ def check_delta(bench):
 def check_sample_agrees_with_values(bench):
     """``sample`` returns the density and the radiance that ``pdf`` and ``radiance`` have for its direction."""
     for x in bench.points:
-        w_i, _, radiance, pdf = bench.sample(x, pairs(5000, seed=3))
+        w_i, _, radiance, pdf = bench.sample(x, uniform_pairs(5000, seed=3))
         density, seen = bench.values(x, w_i)
         for name, a, b in (("pdf", pdf, density), ("radiance", radiance, seen)):
             off = np.abs(a - b) > VALUE_TOLERANCE * (np.abs(a) + np.abs(b))
@@ -154,8 +150,8 @@ def check_sample_agrees_with_values(bench):
 def check_sample_follows_pdf(bench, cells=None):
     """The samples are those of pdf, and ∫ pdf = 1: χ² at the level that ``sidak`` gives for all points."""
     for i, x in enumerate(bench.points):
-        w_i = bench.sample(x, pairs(SAMPLES, seed=10 + i))[0]
-        own = SphereCells.of_samples(bench.sample(x, pairs(10_000, seed=20 + i))[0]) if cells is None else cells
+        w_i = bench.sample(x, uniform_pairs(SAMPLES, seed=10 + i))[0]
+        own = SphereCells.of_samples(bench.sample(x, uniform_pairs(10_000, seed=20 + i))[0]) if cells is None else cells
         integrals = own.integrals(lambda directions, x=x: bench.values(x, directions)[0])
         assert abs(integrals.sum() - 1) < PDF_TOLERANCE, (
             f"{bench.light.name} at {x}: the integral of pdf is {integrals.sum():.5f}"
@@ -174,7 +170,7 @@ def check_sample_follows_texels(bench, height, width):
     expected = (bench.values(x, centres)[0].reshape(height, width) * solid_angle[:, None]).ravel()
     name = bench.light.name
     assert abs(expected.sum() - 1) < PDF_TOLERANCE, f"{name}: the integral of pdf is {expected.sum():.5f}"
-    w_i = bench.sample(x, pairs(SAMPLES, seed=10))[0]
+    w_i = bench.sample(x, uniform_pairs(SAMPLES, seed=10))[0]
     row = np.minimum((np.arccos(np.clip(w_i[:, 1], -1, 1)) / np.pi * height).astype(int), height - 1)
     turn = np.arctan2(w_i[:, 2], w_i[:, 0]) / (2 * np.pi) + 0.5
     found = np.bincount(row * width + np.minimum((turn * width).astype(int), width - 1), minlength=height * width)

@@ -69,13 +69,6 @@ def keys_of_samples(x, y, count, step=1):
 # ── the checks ──
 
 
-def check_sampler(sampler):
-    """All that a sampler must do."""
-    sampler = bound(sampler)
-    for step in STEPS:
-        step(sampler)
-
-
 def check_same_numbers_for_the_same_key(sampler):
     """Twice, and in another order: the same bits. Another seed, pixel or sample: other numbers."""
     keys = np.concatenate([keys_of_pixels(), keys_of_pixels(3)])

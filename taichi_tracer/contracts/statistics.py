@@ -173,3 +173,14 @@ def check_range(what, values, low=-np.inf, high=np.inf):
     assert np.isfinite(values).all(), f"{what} is not finite"
     assert (values >= low).all(), f"{what} is {values.min()}, below {low:g}"
     assert (values <= high).all(), f"{what} is {values.max()}, above {high:g}"
+
+
+def uniform_pairs(count, seed):
+    """(count, 2) random numbers below 1, in f32 too."""
+    return np.random.default_rng(seed).random((count, 2), dtype=np.float32)
+
+
+def directions_everywhere(count, seed=3):
+    """(6 + count, 3) unit vectors: the axes, and others that are uniform on the sphere."""
+    d = np.random.default_rng(seed).normal(size=(count, 3))
+    return np.concatenate([np.eye(3), -np.eye(3), d / np.linalg.norm(d, axis=1, keepdims=True)])

@@ -50,6 +50,12 @@ def checks_of(part: Any) -> list[partial]:
     return [partial(check, subject) for check in checks]
 
 
+def check_part(part: Any) -> None:
+    """All that a part must do."""
+    for check in checks_of(part):
+        check()
+
+
 def check_of_intersector(part: Any) -> Callable:
     """To the last bit; or up to rounding, if it has a test of triangles of its own."""
     is_own = {"intersect_triangle", "query_ray", "triangle_hit"} & set(replaced(part))

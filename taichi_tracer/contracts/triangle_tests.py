@@ -49,12 +49,6 @@ def trials(count=COUNT):
 # ── the checks ──
 
 
-def check_triangle_test(test):
-    """All that a triangle test must do."""
-    for step in STEPS:
-        step(test)
-
-
 def check_solution(test):
     """t, u, v, inside, and the sign of det, against the linear system."""
     rows = trials()

@@ -9,13 +9,14 @@ import taichi_tracer as tt
 from contracts.registered import every
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.contracts import brdfs
+from taichi_tracer.contracts.steps import check_part
 
 pytestmark = pytest.mark.usefixtures("f32")
 
 
 @every("BRDF", only=lambda part: part.name != "dielectric")  # it has two directions: tests/brdfs
 def test_brdf(part):
-    brdfs.check_brdf(part)
+    check_part(part)
 
 
 @ti.data_oriented

@@ -4,7 +4,7 @@ import pytest
 from support import DEBUG, start
 
 from contracts.registered import every
-from taichi_tracer.contracts import samplers
+from taichi_tracer.contracts.steps import check_part
 
 pytestmark = pytest.mark.skipif(
     DEBUG,
@@ -19,4 +19,4 @@ def _taichi():
 
 @every("sampler")
 def test_sampler(part):
-    samplers.check_sampler(part)
+    check_part(part)

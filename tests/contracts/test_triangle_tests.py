@@ -5,13 +5,13 @@ import taichi.math as tm
 from support import start
 
 from contracts.registered import broken_parts, check_fails, every
-from taichi_tracer.contracts import triangle_tests
+from taichi_tracer.contracts.steps import check_part
 from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore
 
 
 @every("triangle test")
 def test_triangle_test(precision, part):
-    triangle_tests.check_triangle_test(part)
+    check_part(part)
 
 
 @ti.func
@@ -72,4 +72,4 @@ def never_parallel(o, d, v0, v1, v2):
 )
 def test_broken_triangle_test_is_found(broken, reason):
     start("f32")
-    check_fails(broken, triangle_tests.check_triangle_test, reason)
+    check_fails(broken, check_part, reason)
