@@ -81,8 +81,9 @@ def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed:
         seal(assignment, folder / CHECKS, seed)
     for name, text in texts.items():
         replace_file(folder / name, text.encode())
-    for picture in pictures(assignment):
-        shutil.copyfile(picture, folder / picture.name)
+    for ending in ("*.png", "*.svg", "*.jpg"):  # that the text shows
+        for picture in assignment.folder.glob(ending):
+            shutil.copyfile(picture, folder / picture.name)
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
@@ -116,8 +117,3 @@ def readme(assignment: Assignment) -> str:
     program = f"| `python {assignment.program}` | opens a window with your own code |\n" if assignment.program else ""
     files = " and ".join(f"`{name}`" for name in assignment.files)
     return text + WORKING.format(example=assignment.parts[0].name, program=program, files=files)
-
-
-def pictures(assignment: Assignment) -> list[Path]:
-    """The pictures that the text shows."""
-    return sorted(path for ending in ("*.png", "*.svg", "*.jpg") for path in assignment.folder.glob(ending))

@@ -22,17 +22,14 @@ from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics
 from taichi_tracer.teaching.rows import WHOLE, samples
 
-PLAIN_EFFECTS: dict[str, Any] = {"brdfs": (), "environment": "none", "lights": (), "emitters": False, "lamps": False}
-PLAIN_EFFECTS |= {
+PLAIN_EFFECTS: dict[str, Any] = {
+    **dict.fromkeys(("emitters", "lamps", "spheres", "culling", "holes", "instances", "textures"), False),
+    **dict.fromkeys(("background", "scatters"), False),
+    **dict.fromkeys(("brdfs", "lights", "reasons"), ()),
+    "environment": "none",
     "interpolated_normals": True,
-    "spheres": False,
-    "culling": False,
-    "holes": False,
-    "instances": False,
-    "textures": False,
-    "background": False,
+    "blockers": "all",
 }
-PLAIN_EFFECTS |= {"blockers": "all", "scatters": False, "reasons": ()}
 
 
 def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
@@ -207,12 +204,6 @@ def members(hit):
     """The members of a ``tt.HitData`` in the order of ``HIT``."""
     is_hit, is_backfacing = ti.select(hit.is_hit != 0, 1, 0), ti.select(hit.is_backfacing != 0, 1, 0)
     return is_hit, is_backfacing, hit.triangle_id, hit.material_id, hit.distance, hit.barycentric_coords, hit.normal
-
-
-@ti.func
-def vector(array: ti.template(), i):
-    """Row i of an (n, 3) array as a vec3, for a part that has a kernel of its own."""
-    return tm.vec3(array[i, 0], array[i, 1], array[i, 2])
 
 
 @ti.dataclass
