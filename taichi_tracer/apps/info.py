@@ -1,23 +1,18 @@
-"""``taichi-tracer info``: what a scene is made of, and which code a picture of it runs."""
+"""``taichi-tracer info`` and ``effects``: what a scene is made of, what is compiled for it, and what that saves."""
 
-import time
 from argparse import Namespace
 from dataclasses import replace
 
-import taichi as ti
-
-from taichi_tracer.apps.pictures import WHOLE, request_of
+from taichi_tracer.apps.names import find_estimator
+from taichi_tracer.apps.pictures import WHOLE, Request, request_of
 from taichi_tracer.materials import BUILT_IN
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
 RECEIPT_SIZE = 8  # pixels on a side: the receipt is the same for every size
-MEASURED = 64  # pixels on a side of the picture whose compilation is timed: rendering it takes no time beside that
-TIMED_ESTIMATOR = "brdf"  # the estimator whose compilation is timed when the command line names none
 
 
 def run(args: Namespace) -> int:
@@ -52,29 +47,28 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
     lines += ["", "effects", *(f"  {line}" for line in renderer.receipt())]
-    if scene.effects.is_lit:
-        estimator = renderer.active.name if isinstance(renderer, A2Renderer) else TIMED_ESTIMATOR
-        lines += [f"  {line}" for line in cost_of_light(scene, estimator)]
     return lines
 
 
-def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
-    """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
-    renderer = PARTS.last_of("renderer", A2Renderer)(scene, MEASURED, MEASURED).use(estimator)
-    seconds = []
-    for _ in range(2):
-        start = time.perf_counter()
-        renderer.render()
-        ti.sync()
-        seconds.append(time.perf_counter() - start)
-    hits = float(A1Renderer(scene, MEASURED, MEASURED).use("hit").image().any(axis=2).mean())
-    shadow = f"and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit"
-    if scene.effects.blockers != "all":
-        shadow = "and no shadow rays"
-    return [
-        f"compile time    {digits(seconds[0] - seconds[1], '.2f')} s ({estimator})",
-        f"rays per sample 1 eye ray, {shadow}",
-    ]
+def run_effects(args: Namespace) -> int:
+    """Print the table of effects; 1 when a picture differs, which none should."""
+    from taichi_tracer.studies import effects
+
+    find_estimator(args.view)
+    settings = replace(RenderSettings.of(args), effects="scene")
+    scene, complete = (seen(request_of(replace(settings, effects=mode))) for mode in ("scene", "all"))
+    variants = effects.measure(scene, complete, args.view, *args.size, **settings.given("sampler"))
+    reasons = scene.effects.reasons
+    print("\n".join([*effects.table(variants, reasons), "", *scene.receipt()[len(reasons) :]]))
+    return 0 if all(v.is_equal for v in variants) else 1
+
+
+def seen(request: Request) -> SceneData:
+    """A scene, seen from where the camera of its first picture is."""
+    scene, picture = request.load(), request.pictures[0]
+    width, height = picture.settings.size
+    scene.view = picture.view_of(scene.view_for(width / height))
+    return scene
 
 
 def own_parts(files: tuple[str, ...]) -> list[str]:

@@ -17,6 +17,7 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies import drawing
+from taichi_tracer.studies.columns import in_columns, with_head
 from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
 from taichi_tracer.tones.heat import heat
@@ -203,15 +204,8 @@ def as_text(study: Study) -> list[str]:
     """The findings and the tables, for a terminal."""
     lines = [*headline(study), ""]
     for rows in (cost_rows(study), knob_rows(study), number_rows(study)):
-        lines += [*columns(rows), ""] if rows else []
+        lines += [*in_columns(with_head(rows)), ""] if rows else []
     return [*lines, *warnings_of(study), about(study)]
-
-
-def columns(rows: list[dict[str, str]]) -> list[str]:
-    """Rows as lines of text."""
-    shown = [list(rows[0]), *(list(row.values()) for row in rows)]
-    widths = [max(len(row[i]) for row in shown) for i in range(len(shown[0]))]
-    return ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in shown]
 
 
 # ── the chart ──

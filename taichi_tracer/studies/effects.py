@@ -8,6 +8,7 @@ import math
 import random
 import statistics
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,13 +19,14 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
+from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
 SPP, LEAST_SECONDS = 4, 0.04  # samples of a run, and its seconds at least
 SAME = 1.08  # the ends of an interval around 1: times that are the same differ by no more
-USUAL, EVERYTHING = "as the scene needs", "everything"
+USUAL, EVERYTHING = "what the scene needs", "all effects"
 
 
 @dataclass(frozen=True)
@@ -53,15 +55,15 @@ def with_one_more(scene: SceneData) -> dict[str, Effects]:
     effects, variants = scene.effects, {}
     for i, brdf in enumerate(scene.material_library.brdfs):
         if i not in effects.brdfs and set(brdf.parameters) <= set(scene.material_library.members):
-            variants[f"+ {brdf.name}"] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
+            variants[brdf.name] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
     if effects.environment in ("black", "constant"):
-        variants["+ environment look-up"] = replace(effects, environment="image")
+        variants["look-up"] = replace(effects, environment="image")
     if not effects.emitters:
-        variants["+ emitters"] = replace(effects, emitters=True)
+        variants["emitters"] = replace(effects, emitters=True)
     if effects.is_lit and effects.blockers != "all":
-        variants["+ shadow rays"] = replace(effects, blockers="all")
+        variants["shadow rays"] = replace(effects, blockers="all")
     if effects.is_lit and not effects.scatters:
-        variants["+ light and BRDF"] = replace(effects, scatters=True)
+        variants["light and BRDF"] = replace(effects, scatters=True)
     return variants
 
 
@@ -142,20 +144,33 @@ def timed(renderer: ProgressiveRenderer, spp: int) -> float:
     return time.perf_counter() - start
 
 
-def in_words(ratio: float, low: float, high: float) -> str:
-    """A ratio of times with its 95 % interval, or that it cannot be told from 1."""
-    if not low <= 1 <= high:
-        return f"{ratio:.2f} ({low:.2f} to {high:.2f})"
-    return "1.00 (the same)" if high / low < SAME else f"noise ({low:.2g} to {high:.2g})"
+def in_words(v: CompiledVariant) -> str:
+    """How much longer a sample takes, with the 95 % interval; or that the difference may be noise."""
+    if not v.low <= 1 <= v.high:
+        return f"× {v.ratio:.2f} ({v.low:.2f} to {v.high:.2f})"
+    return "the same" if v.high / v.low < SAME else f"noise ({v.low:.2g} to {v.high:.2g})"
 
 
-def table(variants: list[CompiledVariant]) -> list[str]:
-    """Lines of text: what each variant took, and how much more than the first; what is only noise is called so."""
-    width = max(len(v.name) for v in variants)
-    lines = [f"{'compiled for':<{width}}  compile s  ms per sample  {'times the first':<24} picture"]
-    for v in variants:
-        same = "the same bits" if v.is_equal else "DIFFERENT"
-        ratio = "1" if v is variants[0] else in_words(v.ratio, v.low, v.high)
-        compiling = digits(v.compile_seconds, "9.2f")
-        lines.append(f"{v.name:<{width}}  {compiling}  {v.milliseconds:13.2f}  {ratio:<24} {same}")
-    return [*lines, "Noise cannot be told from 1. In brackets: the 95 % interval."]
+def table(variants: list[CompiledVariant], reasons: Sequence[tuple[str, bool, str]] = ()) -> list[str]:
+    """Lines of text: every effect, whether it is compiled, why, and what it would cost.
+
+    Args:
+        reasons: (effect, whether it is compiled, why), as in ``Effects.reasons``.
+    """
+    measured, why = {v.name: v for v in variants}, {name: (is_on, text) for name, is_on, text in reasons}
+    rows = [("effect", "compiled", "compiling takes", "time of a sample", "why")]
+    for name in dict.fromkeys([variants[0].name, *why, *measured]):
+        is_on, text = why.get(name, (name == variants[0].name, ""))
+        costs = ("", "")
+        if name in measured:
+            v = measured[name]
+            time_of_sample = f"{v.milliseconds:.2f} ms" if v is variants[0] else in_words(v)
+            costs = f"{digits(v.compile_seconds, '.2f')} s", time_of_sample if v.is_equal else "DIFFERENT PICTURE"
+        rows.append((name, "yes" if is_on else "no", *costs, text))
+    return [*in_columns(rows), *LEGEND]
+
+
+LEGEND = (
+    "Beside an effect that is not compiled: the same picture, by code that has this effect, too. × 1.10: 10 % slower",
+    "than with what the scene needs; in brackets, the 95 % interval. noise: it contains 1, so that chance explains it.",
+)

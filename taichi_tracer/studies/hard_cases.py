@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from taichi_tracer.formulas.points import box_of
+from taichi_tracer.studies.columns import in_columns, with_head
 from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.modes import (
@@ -359,15 +360,8 @@ def table(result: SuiteResult) -> list[str]:
     verdict = default_line(result)
     failed = [f"FAIL  {v.case}: {found_in_words(v, Promise())}" for v in result.of_default if v.word == "FAIL"]
     where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
-    modes, cases = in_columns(mode_rows(result)), in_columns(case_rows(result))
+    modes, cases = (in_columns(with_head(rows)) for rows in (mode_rows(result), case_rows(result)))
     return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", where, *failed, verdict]
-
-
-def in_columns(rows: list[dict[str, str]]) -> list[str]:
-    """Rows as lines of text."""
-    shown = [list(rows[0]), *(list(row.values()) for row in rows)] if rows else []
-    widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
-    return ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in shown]
 
 
 LEGEND = (

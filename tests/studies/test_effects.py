@@ -23,10 +23,19 @@ def test_few_runs_have_the_widest_interval():
 
 @pytest.mark.parametrize(
     ("ratio", "words"),
-    [((0.9, 0.7, 1.1), "noise (0.7 to 1.1)"), ((1.3, 1.2, 1.4), "1.30 (1.20 to 1.40)"), ((1, 0.99, 1.01), "the same")],
+    [
+        ((0.9, 0.7, 1.1), "noise (0.7 to 1.1)"),
+        ((1.3, 1.2, 1.4), "× 1.30 (1.20 to 1.40)"),
+        ((1, 0.99, 1.01), "the same"),
+    ],
 )
 def test_a_table_says_what_is_noise(ratio, words):
-    base = CompiledVariant("as the scene needs", 1.0, 5.0, True)
-    lines = table([base, CompiledVariant("+ phong", 1.0, 5.0, False, *ratio)])
-    assert words in lines[2]
-    assert lines[2].endswith("DIFFERENT")
+    base, reasons = CompiledVariant("as it is", 1.0, 5.0, True), [("phong", False, "no triangle"), ("rays", True, "x")]
+    _, _, phong, rays, wrong, *_ = table(
+        [base, CompiledVariant("phong", 1.0, 5.0, True, *ratio), CompiledVariant("all", 1.0, 5.0, False)], reasons
+    )
+    assert phong.split("  ")[0] == "phong"
+    assert words in phong
+    assert phong.endswith("no triangle")
+    assert rays.split() == ["rays", "yes", "x"]
+    assert wrong.endswith("DIFFERENT PICTURE")

@@ -4,8 +4,8 @@ from taichi_tracer.apps.grammar import Parser, later
 from taichi_tracer.argument_types import size
 from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, add_option, add_options, add_scene
 
-HELP = "what each effect costs, and what the scene saves without it"
-run = later("effects:run")
+HELP = "what is compiled for a scene, why, and what the rest would cost"
+run = later("info:run_effects")
 
 
 def add_arguments(parser: Parser) -> None:
