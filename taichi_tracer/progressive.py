@@ -33,7 +33,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
-from taichi_tracer.system.own_code.values import Values, note_change, values_of
+from taichi_tracer.system.own_code.rules import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage

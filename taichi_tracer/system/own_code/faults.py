@@ -1,12 +1,14 @@
 """What Taichi tells of a mistake in somebody's own function: in one line, with its place and with what is right."""
 
 import ast
+import inspect
 import linecache
 import re
 from typing import Any
 
 import taichi.math
 from taichi.lang.exception import TaichiCompilationError
+from taichi.lang.expr import Expr
 from taichi.lang.struct import Struct
 
 from taichi_tracer.system.errors import InputError, nearest
@@ -37,6 +39,8 @@ MEANINGS = {
     r"number of targets is not equal to value length": "one side of the assignment has more values than the other",
     r"Number of args is different from number of positions": "a format such as :.2g is not known in kernels",
     r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
+    r"Too many arguments\. Expected \(\)": "a function without arguments is called with some",
+    r"Too many arguments\. Expected \((\w+) : ": "a function whose first argument is {0} is called with too many",
     r"Parameter `(\w+)` missing": "a function is called without its argument {0}",
 }
 # A member of a struct → what it may be called instead.
@@ -92,9 +96,6 @@ def meaning(root: BaseException, text: str, file: str, line: int) -> str:
     last = text.strip().splitlines()[-1].strip().rstrip(".")
     if unknown := re.match(r'Name "(\w+)" is not defined', last):
         return unknown_name(unknown[1], file, line)
-    if got := re.search(r"Too many arguments\. Expected \((.*?)\), got \(", text, re.DOTALL):
-        names = [one.split(":")[0].strip() for one in re.split(r", (?=\w+ : )", got[1])]
-        return f"a function that takes ({', '.join(names)}) is called with more arguments"
     for pattern, means in MEANINGS.items():
         if found := re.search(pattern, text):
             groups = [NODES.get(group, group) for group in found.groups()]
@@ -111,41 +112,27 @@ def lacking(of: Any, name: str, text: str) -> str:
     known = list(of.keys) if isinstance(of, Struct) else [n for n in dir(of) if not n.startswith("_")]
     meant = [member for member, words in ALSO.items() if member in known and name.lower() in words.split()]
     near = meant[0] if meant else nearest(name, known)
-    guess = f": did you mean {near!r}?" if near else ""
+    guess = f": did you mean {near!r}?" if near else "."
     if isinstance(of, Struct):
         if meant and (found := re.search(rf"([\w.]+)\.{name}\b", text)):
             guess = f": write {found[1]}.{near}."
-        return f"the struct has no member {name!r}{guess or '.'} It has {', '.join(known)}"
-    what = f"module {of.__name__}" if hasattr(of, "__path__") or type(of).__name__ == "module" else type(of).__name__
-    if what == "Expr":
+        return f"the struct has no member {name!r}{guess} It has {', '.join(known)}"
+    if isinstance(of, Expr):
         return f"a number of a kernel has no attribute {name!r}: does a function lack @ti.func?"
+    what = f"module {of.__name__}" if inspect.ismodule(of) else type(of).__name__
     return f"{what} has no attribute {name!r}{guess}"
-
-
-def stored_at(node: ast.AST) -> list[tuple[str, int]]:
-    """The name to which a node gives a value, and its line; nothing of other nodes."""
-    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-        return [(node.id, node.lineno)]
-    return []
 
 
 def unknown_name(name: str, file: str, line: int) -> str:
     """The text for a name that is not known: where it is known, or a similar name."""
-    lines = linecache.getlines(file)
-    try:
-        tree = ast.parse("".join(lines))
-    except SyntaxError:
-        return f"{name} is not defined"
-    within = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n.lineno <= line <= (n.end_lineno or 0)]
-    nodes = list(ast.walk(max(within, key=lambda one: one.lineno))) if within else []
-    stored = {name: line for n in reversed(nodes) for name, line in stored_at(n)}
-    if name in stored:
-        first = f"{name} is known only in the if or loop of line {stored[name]}"
+    nodes = list(ast.walk(ast.parse("".join(linecache.getlines(file)))))
+    around = [n for n in nodes if isinstance(n, ast.FunctionDef) and n.lineno <= line <= (n.end_lineno or 0)]
+    inside = list(ast.walk(around[-1])) if around else []  # of the innermost function
+    lines = [n.lineno for n in inside if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store) and n.id == name]
+    if lines:
+        first = f"{name} is known only in the if or loop of line {min(lines)}"
         return f"{first}: give it a value before, in the block that uses it"
-    given = {n.arg for n in nodes if isinstance(n, ast.arg)}
-    of_module = {name for part in tree.body for n in ast.walk(part) for name, _ in stored_at(n)}
-    imported = {a.asname or a.name for n in tree.body if isinstance(n, (ast.Import, ast.ImportFrom)) for a in n.names}
-    known = [*stored, *given, *imported, *of_module, *(n.name for n in tree.body if hasattr(n, "name"))]
-    of_math = f"tm.{name}" if hasattr(taichi.math, name) else ""
-    guess = of_math or nearest(name, known)
+    known = {n.arg for n in inside if isinstance(n, ast.arg)} | {n.name for n in nodes if hasattr(n, "name") and n.name}
+    known |= {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    guess = f"tm.{name}" if hasattr(taichi.math, name) else nearest(name, known)
     return f"{name} is not defined{f': did you mean {guess!r}?' if guess else ''}"

@@ -2,7 +2,6 @@
 be called as the package calls them.
 """
 
-import ast
 import difflib
 import functools
 import inspect
@@ -11,15 +10,13 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code import rules
-from taichi_tracer.system.own_code.kinds import expect
+from taichi_tracer.system.own_code.kinds import expected
 from taichi_tracer.system.own_code.source import (
     fault,
     fault_at,
     gives_nothing,
     is_own,
-    line_of,
     parameters,
     place,
     plain,
@@ -45,25 +42,23 @@ def check_class(cls: type, required: tuple[str, ...], file: str = "") -> None:
             own = own_names(cls)
             near = difflib.get_close_matches(name, own, n=1, cutoff=0.6)
             guess = f": is {near[0]!r} misspelt?" if near else "."
-            at = where(vars_of(cls)[near[0]]) if near else place_of(cls, file)
+            misspelt = vars_of(cls)[near[0]] if near else None
             taken = ", ".join(["self", *(p.name for p in parameters(function))])
-            raise fault_at(*at, f"{cls.__name__} lacks {name}({taken}){guess} It gives: {what_it_says(function)}")
+            text = f"{cls.__name__} lacks {name}({taken}){guess} It gives: {what_it_says(function)}"
+            raise fault(misspelt, text) if misspelt is not None else fault_at(*place_of(cls, file), text)
 
 
 @functools.cache
 def note_misspelt(cls: type, known: tuple[str, ...]) -> None:
-    """Note, once, methods that nobody calls, and whose names are nearly those of the package's methods.
+    """Warn, once, of methods that nobody calls, and whose names are nearly those of the package's methods.
 
     Args:
         known: the names of the package's methods that a class may replace.
     """
-    if is_packages(cls):
-        return
     own = vars_of(cls)
     called = {name for function in own.values() for name in plain(function).__code__.co_names}
-    free = [name for name in own_names(cls) if name not in called and name not in known]
-    for name in free:
-        near = difflib.get_close_matches(name, [one for one in known if one not in own], n=1, cutoff=LIKE)
+    for name in {*own_names(cls)} - called - {*known}:
+        near = difflib.get_close_matches(name, {*known} - {*own}, n=1, cutoff=LIKE)
         if near:
             text = f"{place(own[name])}: nothing calls {cls.__name__}.{name}: did you mean {near[0]!r}?"
             warnings.warn(text, stacklevel=2)
@@ -88,21 +83,12 @@ def own_names(cls: type) -> list[str]:
     return [n for n in vars_of(cls) if not n.startswith("_") and not any(n in vars(base) for base in packages)]
 
 
-def where(function: Callable) -> tuple[str, int]:
-    """The file and the line of a function."""
-    return plain(function).__code__.co_filename, line_of(function)
-
-
 def place_of(cls: type, file: str = "") -> tuple[str, int]:
     """The file and the line of a class."""
     own = [plain(function) for function in vars_of(cls).values()]
     file = own[0].__code__.co_filename if own else file
-    try:
-        nodes = ast.walk(ast.parse("".join(linecache.getlines(file))))
-    except SyntaxError:
-        nodes = iter(())
-    lines = [node.lineno for node in nodes if isinstance(node, ast.ClassDef) and node.name == cls.__name__]
-    return file or cls.__module__, lines[-1] if lines else 1
+    text = "".join(linecache.getlines(file)).partition(f"class {cls.__name__}")[0]
+    return file or cls.__module__, text.count("\n") + 1
 
 
 @functools.cache
@@ -125,16 +111,14 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
     what = plain(function).__qualname__.split("<locals>.")[-1]
     if gives and is_plain_python(function):
         raise fault(function, f"{what} runs in kernels: write @ti.func above it")
-    if is_kernel(function):
-        rules.check(function, owner)
-    if not hasattr(plain(shipped), "__code__") or is_kernel(function):
-        return  # a kernel may write a field instead
-    check_parameters(what, function, shipped)
-    if not is_plain_python(function) and gives_nothing(function) and not gives_nothing(shipped):
-        raise fault(function, f"{what} has no return with a value. It gives: {what_it_says(shipped)}")
+    is_kernel = hasattr(getattr(function, "__func__", function), "_is_wrapped_kernel")
+    if hasattr(plain(shipped), "__code__") and not is_kernel:  # a kernel may write a field instead
+        check_parameters(what, function, shipped)
+        if not is_plain_python(function) and gives_nothing(function) and not gives_nothing(shipped):
+            raise fault(function, f"{what} has no return with a value. It gives: {what_it_says(shipped)}")
     rules.check(function, owner)
     if gives:
-        expect(function, what, gives)
+        expected[plain(function)] = what, gives
 
 
 def check_parameters(what: str, function: Callable, shipped: Callable) -> None:
@@ -144,24 +128,17 @@ def check_parameters(what: str, function: Callable, shipped: Callable) -> None:
         return
     rules.check_self(what, function, shipped)
     names, known = [p.name for p in given], [p.name for p in wanted]
-    needed = [p.name for p in wanted if p.name not in DRAWN and p.default is p.empty]
+    needed = [p for p in wanted if p.name not in DRAWN and p.default is p.empty]
     least = [p.name for p in given if p.default is p.empty]
+    why = ""
     if len(least) > len(known):
-        raise wrong_call(what, function, f"{word(least[len(known) :])} comes from nowhere", known)
-    if len(names) < len(needed):
-        raise wrong_call(what, function, f"it takes only {word(names) or 'self'}", known)
-    if len(names) == len(known) and names != known and sorted(names) == sorted(known):
-        raise wrong_call(what, function, f"its arguments stand in another order, {word(names)}", known)
-
-
-def wrong_call(what: str, function: Callable, why: str, known: list[str]) -> OwnCodeError:
-    """The error for a function that cannot be called with the arguments that are ``known``."""
-    return fault(function, f"{what} is called as {what}({', '.join(known)}), but {why}")
-
-
-def word(names: list[str]) -> str:
-    """Names in a sentence."""
-    return ", ".join(names)
+        why = f"{', '.join(least[len(known) :])} comes from nowhere"
+    elif len(names) < len(needed):
+        why = f"it takes only {', '.join(names) or 'self'}"
+    elif names != known and sorted(names) == sorted(known):
+        why = f"its arguments stand in another order, {', '.join(names)}"
+    if why:
+        raise fault(function, f"{what} is called as {what}({', '.join(known)}), but {why}")
 
 
 def is_plain_python(function: Any) -> bool:
@@ -170,9 +147,3 @@ def is_plain_python(function: Any) -> bool:
     marks = "_is_taichi_function", "_is_wrapped_kernel", "is_for_python_too"
     is_marked = any(hasattr(inner, mark) for mark in marks)
     return inspect.isfunction(inner) and inner.__name__ != "<lambda>" and not is_marked
-
-
-def is_kernel(function: Any) -> bool:
-    """Whether a function is a kernel of Taichi, which cannot be called in another one."""
-    inner = getattr(function, "__func__", function)
-    return hasattr(inner, "_is_wrapped_kernel")

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from taichi.lang.expr import Expr
-from taichi.lang.impl import get_runtime
 from taichi.lang.matrix import Matrix
 from taichi.lang.struct import Struct
 
@@ -24,72 +23,42 @@ PLAIN = {
     "HitData": "a tt.HitData",
 }
 MEMBERS = {"Ray": ("origin", "direction"), "HitData": ("is_hit", "distance")}
-_expected: "weakref.WeakKeyDictionary[Callable, tuple[str, str]]" = weakref.WeakKeyDictionary()
-
-
-def expect(function: Callable, what: str, gives: str) -> None:
-    """From now on, look at what a function returns in kernels.
-
-    Args:
-        what: its name for messages, as "MyBrdf.eval". gives: the kind.
-    """
-    _expected[plain(function)] = what, gives
+ONE_NUMBER = ": is it one component, a length or a dot product?"
+CURES = {  # (what is returned, the kind that is needed) → what to write
+    ("a number", "vec2"): ": tm.vec2(x) has the number in each component",
+    ("a number", "vec3"): ": tm.vec3(x) has the number in each component",
+    ("2 values", "vec2"): ": write tm.vec2(a, b)",
+    ("3 values", "vec3"): ": write tm.vec3(a, b, c)",
+    ("a vec2", "number"): ONE_NUMBER,
+    ("a vec3", "number"): ONE_NUMBER,
+    ("True or False", "number"): ": ti.select(condition, a, b) chooses one",
+}
+# Function → (its name for messages, as "MyBrdf.eval", and the kind of what it must return).
+expected: "weakref.WeakKeyDictionary[Callable, tuple[str, str]]" = weakref.WeakKeyDictionary()
 
 
 def look(function: Callable, value: Any) -> None:
     """Raise an OwnCodeError if a function whose kind is known returns another kind."""
-    what, gives = _expected.get(function, ("", ""))
-    if gives:
-        told = mistake(value, gives)
-        if told:
-            tree = tree_of(function)
-            last = returns(tree)[-1] if tree is not None and returns(tree) else None
-            raise fault(function, f"{what} returns {told}", last)
+    what, gives = expected.get(function, ("", ""))
+    wrong = mistake(value, gives) if gives else ""
+    if wrong:
+        tree = tree_of(plain(function))
+        raise fault(function, f"{what} returns {wrong}", (returns(tree) if tree is not None else [None])[-1])
 
 
 def mistake(value: Any, gives: str) -> str:
     """What is wrong with a value of a kernel, and what is right; "" if it is of its kind."""
-    kinds = gives.split()
+    kinds, found = gives.split(), kind_of(value)
     if len(kinds) > 1:
-        wanted = f"({', '.join(PLAIN[kind] for kind in kinds)})"
-        if not isinstance(value, (tuple, list)) or len(value) != len(kinds):
-            count = f"{len(value)} values" if isinstance(value, (tuple, list)) else kind_of(value)
-            return f"{count}, but {len(kinds)} are needed: {wanted}"
-        for k, (one, kind) in enumerate(zip(value, kinds, strict=True)):
-            told = mistake(one, kind)
-            if told:
-                return f"as value {k + 1} of {len(kinds)} {told}"
-        return ""
-    return mistake_of_one(value, gives)
-
-
-def mistake_of_one(value: Any, kind: str) -> str:
-    """As ``mistake``, for a single value."""
-    found = kind_of(value)
-    if kind in MEMBERS:
-        has_all = isinstance(value, Struct) and all(name in value.keys for name in MEMBERS[kind])
-        return "" if has_all else f"{found}, but {PLAIN[kind]} is needed"
-    if kind == "truth":
-        return "" if found in (PLAIN["number"], PLAIN["truth"]) else f"{found}, but {PLAIN[kind]} is needed"
-    if found != PLAIN[kind]:
-        return f"{found}, but {PLAIN[kind]} is needed{cure(value, kind)}"
-    if get_runtime().default_fp.to_string() == "f32" and "f64" in types_of(value):
-        advice = "leave out the cast to f64, or begin with tt.init(precision='f64')"
-        return f"{found} of 64 bits, but everything is computed with 32: {advice}"
-    return ""
-
-
-def cure(value: Any, kind: str) -> str:
-    """What to write instead of a value of another kind, where that is known."""
-    if kind.startswith("vec") and kind_of(value) == PLAIN["number"]:
-        return f": tm.{kind}(x) has the number in each component"
-    if kind.startswith("vec") and isinstance(value, (tuple, list)) and len(value) == int(kind[3:]):
-        return f": write tm.{kind}({', '.join('abc'[: len(value)])})"
-    if kind == "number" and kind_of(value).startswith("a vec"):
-        return ": is it one component, a length or a dot product?"
-    if kind == "number" and kind_of(value) == PLAIN["truth"]:
-        return ": ti.select(condition, a, b) chooses one"
-    return ""
+        if found != f"{len(kinds)} values":
+            return f"{found}, but {len(kinds)} are needed: ({', '.join(PLAIN[kind] for kind in kinds)})"
+        wrong = [(k, mistake(*one)) for k, one in enumerate(zip(value, kinds, strict=True), 1)]
+        return next((f"as value {k} of {len(kinds)} {text}" for k, text in wrong if text), "")
+    if gives in MEMBERS:
+        is_right = isinstance(value, Struct) and all(name in value.keys for name in MEMBERS[gives])
+    else:
+        is_right = found == PLAIN[gives] or (found, gives) == (PLAIN["number"], "truth")
+    return "" if is_right else f"{found}, but {PLAIN[gives]} is needed{CURES.get((found, gives), '')}"
 
 
 def kind_of(value: Any) -> str:
@@ -98,13 +67,11 @@ def kind_of(value: Any) -> str:
         return "nothing"
     if isinstance(value, (bool, Expr)) and types_of(value) == ["u1"]:
         return PLAIN["truth"]
-    if isinstance(value, (int, float)):
-        return PLAIN["number"]
     if isinstance(value, (tuple, list)):
         return f"{len(value)} values"
     if isinstance(value, Struct):
         return f"a struct with the members {', '.join(value.keys)}"
-    shape = shape_of(value)
+    shape = () if isinstance(value, (int, float)) else shape_of(value)
     if shape is None:
         return f"a {type(value).__name__}"
     if len(shape) == 2:
@@ -114,20 +81,15 @@ def kind_of(value: Any) -> str:
 
 def shape_of(value: Any) -> tuple[int, ...] | None:
     """The shape of a vector or matrix, () of a number, None of anything else."""
-    if isinstance(value, Matrix):
-        return tuple(value.get_shape())
-    if isinstance(value, Expr):
-        return tuple(value.get_shape()) if value.is_tensor() else ()
-    return None
+    is_vector = isinstance(value, Matrix) or (isinstance(value, Expr) and value.is_tensor())
+    return tuple(value.get_shape()) if is_vector else () if isinstance(value, Expr) else None
 
 
 def types_of(value: Any) -> list[str]:
     """The types of the numbers in a value, such as "f32"; numbers of Python have none, but "u1" for True and False."""
-    if isinstance(value, bool):
-        return ["u1"]
     if isinstance(value, Matrix):
         return [name for one in value.entries for name in types_of(one)]
     if isinstance(value, Expr):
         kind = value.ptr.get_rvalue_type()
         return [(kind.element_type() if value.is_tensor() else kind).to_string()]
-    return []
+    return ["u1"] if isinstance(value, bool) else []

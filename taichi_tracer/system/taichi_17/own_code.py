@@ -68,10 +68,7 @@ def multiplying(multiply: Callable) -> Callable:
     @functools.wraps(multiply)
     def multiplied(of: Any, other: Any) -> Any:
         shapes = sorted(len(kinds.shape_of(one) or ()) for one in (of, other))
-        found = (
-            impl.inside_kernel() and shapes == [1, 2] and faults.PLACE.match(impl.get_runtime().get_current_src_info())
-        )
-        if found and is_own_file(found[1]):
+        if impl.inside_kernel() and shapes == [1, 2] and own_place():
             raise TaichiTypeError("* does not multiply a matrix and a vector: use M @ v")
         return multiply(of, other)
 
@@ -79,12 +76,15 @@ def multiplying(multiply: Callable) -> Callable:
 
 
 def note_cut(of: Any, value: Any) -> None:
-    """Note that a whole number gets a number with a fraction, if somebody's own code does it."""
-    found = faults.PLACE.match(impl.get_runtime().get_current_src_info())
-    if found is None or not is_own_file(found[1]):
-        return
+    """Warn where a whole number gets a number with a fraction, if somebody's own code does it."""
     is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in kinds.types_of(of))
     has_fraction = any(one.startswith("f") for one in kinds.types_of(value)) or isinstance(value, float)
-    if is_whole and has_fraction:
+    if is_whole and has_fraction and (place := own_place()):
         text = "a whole number gets a number with a fraction, which is cut off: begin with 0.0 instead of 0"
-        warnings.warn(f"{told_place(found[1], int(found[2]))}: {text}", stacklevel=2)
+        warnings.warn(f"{place}: {text}", stacklevel=2)
+
+
+def own_place() -> str:
+    """The file and the line that Taichi reads now, if somebody else than the package has written it; otherwise ""."""
+    found = faults.PLACE.match(impl.get_runtime().get_current_src_info())
+    return told_place(found[1], int(found[2])) if found is not None and is_own_file(found[1]) else ""
