@@ -108,9 +108,10 @@ class SuiteResult:
 
 
 def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
-    """The modes that a level tries, of the precisions that a backend has."""
-    modes = all_modes(with_plain=LEVELS[level].has_plain)
-    return [mode for mode in modes if mode.precision == "f32" or arch in ("auto", *runtime.F64_ARCHS)]
+    """The modes that a level tries, of the precisions that a backend has; in part, no f64 with fast_math."""
+    modes, size = all_modes(with_plain=LEVELS[level].has_plain), LEVELS[level]
+    has_f64 = arch in ("auto", *runtime.F64_ARCHS)
+    return [m for m in modes if m.precision == "f32" or (has_f64 and (size.is_whole or not m.fast_math))]
 
 
 def run(

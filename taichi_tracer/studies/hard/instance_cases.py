@@ -47,20 +47,23 @@ class ManySizes(RendererCase):
         rng, found = np.random.default_rng(4), CaseTally()
         turns, _ = np.linalg.qr(rng.normal(size=(2, 3, 3)))  # one of them mirrors, or both
         turns[1] *= -np.sign(np.linalg.det(turns[0])) * np.sign(np.linalg.det(turns[1]))
+        ball = Mesh(vertices, faces)
         for scale in self.scales:
+            linear, where = [], []
             for shear in self.shears:
-                sheared = scale * turns @ np.array([(1, shear, 0), (0, 1, shear), (0, 0, 1)])
                 for distance in self.distances:
-                    where = np.array([(distance, -distance / 3, 0), (-distance, 0, 9 * scale * (1 + shear))])
-                    matrices = places_at(sheared, where)
-                    scene = shared(group([Instances(Mesh(vertices, faces), matrices)]))
-                    for matrix in matrices:
-                        self._from_within(scene, matrix, vertices, rng, found, epsilon)
-                    scene.destroy()
+                    step = 9 * scale * (1 + max(self.shears)) * (len(where) - 6)
+                    linear += list(scale * turns @ np.array([(1, shear, 0), (0, 1, shear), (0, 0, 1)]))
+                    where += [(distance, -distance / 3, step), (-distance, 0, step + 9 * scale * (1 + shear))]
+            matrices = places_at(np.array(linear), np.array(where))
+            scene = shared(group([Instances(ball, matrices)]))
+            for number, matrix in enumerate(matrices):
+                self._from_within(scene, number, matrix, ball, rng, found, epsilon)
+            scene.destroy()
         return asdict(found)
 
-    def _from_within(self, scene, matrix, vertices, rng, found, epsilon) -> None:
-        targets = vertices[rng.integers(0, len(vertices), self.rays)]
+    def _from_within(self, scene, number, matrix, ball, rng, found, epsilon) -> None:
+        targets = ball.vertices[rng.integers(0, len(ball.vertices), self.rays)]
         targets[::2] = rng.normal(size=targets[::2].shape)
         origin = matrix[:3, 3].astype(np.float32).astype(np.float64)
         resolved = 1e3 * epsilon * np.abs(origin).max() < np.linalg.svd(matrix[:3, :3])[1].min()
@@ -68,7 +71,8 @@ class ManySizes(RendererCase):
             return
         hits = scene.intersect(np.tile(origin, (self.rays, 1)), targets @ matrix[:3, :3].T)
         lengths = np.linalg.norm(hits.normal.astype(np.float64), axis=1)
-        found.add(~hits.is_hit | (np.abs(lengths - 1) > 1e-5), int(np.isnan(hits.distance).sum()))
+        is_own = hits.triangle_id // len(ball.faces) == number
+        found.add(~is_own | (np.abs(lengths - 1) > 1e-5), int(np.isnan(hits.distance).sum()))
 
 
 class ScaledToNothing(RendererCase):

@@ -1,7 +1,6 @@
 """Hard cases of what a surface shows: BRDFs, normals, the film's sums, and energy."""
 
 import copy
-import itertools
 import math
 import warnings
 
@@ -88,14 +87,12 @@ class Brdfs(RendererCase):
     def answers(self, heights, xis) -> np.ndarray:
         """(materials, heights, ξ, ξ, 10) what ``_Brdfs.ask`` finds for every combination of them."""
         dtype, materials = runtime.dtype(), self.materials()
-        shape = len(materials), len(heights), len(xis), len(xis)
-        rows = np.array(list(itertools.product(range(len(materials)), heights, xis, xis)))
-        ids = rows[:, 0].astype(np.int32)
-        sine = np.sqrt(1 - rows[:, 1] ** 2)
-        w_o = np.stack([sine * 0.6, sine * 0.8, rows[:, 1]], axis=1)
-        found = np.empty((len(rows), 10), dtype)
-        _Brdfs(materials, self.brdfs()).ask(ids, w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
-        return found.astype(np.float64).reshape(*shape, 10)
+        ids, cosine, a, b = np.meshgrid(np.arange(len(materials), dtype=np.int32), heights, xis, xis, indexing="ij")
+        sine = np.sqrt(1 - cosine**2)
+        w_o = np.stack([sine * 0.6, sine * 0.8, cosine], axis=-1).reshape(-1, 3)
+        xi, found = np.stack([a, b], axis=-1).reshape(-1, 2), np.empty((ids.size, 10), dtype)
+        _Brdfs(materials, self.brdfs()).ask(ids.ravel(), w_o.astype(dtype), xi.astype(dtype), found)
+        return found.astype(np.float64).reshape(*ids.shape, 10)
 
     def judge(self, epsilon):
         """All answers are numbers, w_i has unit length, weights are in [0, 1], and densities are at least 0."""

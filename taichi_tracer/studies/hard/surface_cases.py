@@ -15,7 +15,7 @@ from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_from_mesh
 from taichi_tracer.studies.hard.case import CaseTally, RendererCase
-from taichi_tracer.studies.hard.meshes import sphere
+from taichi_tracer.studies.hard.meshes import join, sphere
 from taichi_tracer.studies.hard.path_cases import (
     ALBEDO,
     FLOOR,
@@ -23,6 +23,7 @@ from taichi_tracer.studies.hard.path_cases import (
     floor_points,
     from_above,
     mesh_of,
+    quad,
     rendered,
     square,
 )
@@ -82,19 +83,19 @@ class DegenerateCoordinates(RendererCase):
 
     def judge(self, epsilon):
         """Each shows a colour of the picture, of which the light is a multiple; NaN is refused and names uv."""
-        (vertices, faces), found = square(1), CaseTally()
+        found, half = CaseTally(), len(self.places)
+        strips = [quad((x, 0, half), (x + 2, 0, half), (x + 2, 0, -half), (x, 0, -half)) for x in range(-half, half, 2)]
+        vertices, faces = join(strips)
+        uv = np.repeat(self.places, 6)[:, None] * np.ones(2)  # of the six corners of each strip
         pixels = np.random.default_rng(3).random((3, 5, 3))
         material = Material(Kd=(1.0,) * 3, map_Kd=Texture(pixels))
-        for place in self.places:
-            uv = np.full((len(vertices), 2), place)
-            scene = scene_from_mesh(vertices, faces, uv=uv, material=material, environment=np.ones((1, 1, 3)))
-            renderer = A2Renderer(scene, camera=from_above(5, 1.0), jitter=False)
-            image, _, nan = rendered(renderer, "brdf", 1)
-            color = renderer.aov("albedo")
-            inside = (color >= pixels.min() - epsilon) & (color <= pixels.max() + epsilon)
-            found.add(~inside | (np.ptp(color) > 1), nan)
-            found.add(np.abs(image - color) > 8 * max(epsilon, PIXEL), tried=0)
-            scene.destroy()
+        scene = scene_from_mesh(vertices, faces, uv=uv, material=material, environment=np.ones((1, 1, 3)))
+        renderer = A2Renderer(scene, camera=from_above(5 * half, half), jitter=False)
+        image, _, nan = rendered(renderer, "brdf", 1)
+        color = renderer.aov("albedo")
+        found.add((color < pixels.min() - epsilon) | (color > pixels.max() + epsilon), nan)
+        found.add(np.abs(image - color) > 8 * max(epsilon, PIXEL), tried=0)
+        scene.destroy()
         for value in (np.nan, np.inf):
             found.add(not self._is_refused(vertices, faces, value))
         return asdict(found)
@@ -126,11 +127,11 @@ class LightInside(RendererCase):
             image, _, nan = rendered(self._renderer(scene, camera), "explicit", 1)
             found.add((image > 0).any(axis=2) != is_lit, nan)
         scene.destroy()
-        for place in ((0.0, 0, 0), (2.0, 0, 2), (0.5, 1e-30, 0.25)):
-            scene = SceneData(mesh_of([square(2)], [FLOOR]), lights=[PointLight(place)])
-            image, _, nan = rendered(self._renderer(scene, from_above(33, 2.0, 4)), "explicit", 1)
-            found.add((image < 0).any(axis=2), nan)
-            scene.destroy()
+        lights = [PointLight(place) for place in ((0.0, 0, 0), (2.0, 0, 2), (0.5, 1e-30, 0.25))]
+        scene = SceneData(mesh_of([square(2)], [FLOOR]), lights=lights)
+        image, _, nan = rendered(self._renderer(scene, outside), "explicit", 1)
+        found.add((image < 0).any(axis=2), nan)
+        scene.destroy()
         return asdict(found)
 
     def _renderer(self, scene, camera) -> A4Renderer:
@@ -140,7 +141,7 @@ class LightInside(RendererCase):
 
 
 class SpotAngles(RendererCase):
-    """Spots whose two angles are equal: 0, 30, 90 and 180 degrees.
+    """Spots in one place whose two angles are equal: 0, 30, 90 and 180 degrees.
 
     Between the two angles, the light falls linearly: (cutoff − θ)/(cutoff − falloff) is 0/0 if they are equal. The
     angle to the axis is an acos of a number that may be a rounding above 1, which is NaN in the middle of the light.
@@ -148,24 +149,27 @@ class SpotAngles(RendererCase):
 
     name = "spots of zero angle, and without a soft edge"
     size, half, height = 33, 2.0, 1.0
-    angles = ((0.0, 0.0), (30.0, 30.0), (90.0, 90.0), (180.0, 180.0), (60.0, 0.0), (1e-30, 0.0))
+    lines, cones = ((0.0, 0.0), (1e-30, 0.0)), ((30.0, 30.0), (90.0, 90.0), (180.0, 180.0), (60.0, 0.0))
     near = 1e-3  # degrees to the border of the light, where rounding decides
 
     def judge(self, epsilon):
-        """The floor shows s(θ) I cos θ/r², and black beyond the cutoff."""
+        """The floor shows the sum of s(θ) I cos θ/r² of all, each of them black beyond its cutoff."""
         points, found = floor_points(self.size, self.half), CaseTally()
         r = np.sqrt((points**2).sum(axis=2) + self.height**2)
         theta = np.degrees(np.arctan2(np.linalg.norm(points, axis=2), self.height))
-        for cutoff, falloff in self.angles:
-            spot = SpotLight((0, self.height, 0), (0, 0, 0), 1.0, cutoff, falloff)
-            scene = SceneData(mesh_of([square(self.half)], [FLOOR]), lights=[spot])
+        for angles in (self.lines, self.cones):  # apart, because the border of a line is the middle of a cone
+            strengths = [(2.0**-k, *pair) for k, pair in enumerate(angles)]  # so that two errors do not cancel
+            spots = [SpotLight((0, self.height, 0), (0, 0, 0), *values) for values in strengths]
+            scene = SceneData(mesh_of([square(self.half)], [FLOOR]), lights=spots)
             renderer = A4Renderer(scene, camera=from_above(self.size, self.half, 0.5), jitter=False)
             renderer.max_bounces = 1
             image, _, nan = rendered(renderer, "explicit", 1)
-            share = np.clip((cutoff - theta) / max(cutoff - falloff, 1e-300), 0, 1)
-            truth = ALBEDO / np.pi * share * self.height / r**3
-            off = np.abs(image[..., 0] - truth) > 1e-5
-            found.add(off & (np.abs(theta - cutoff) > self.near), nan)
+            sure, truth = np.ones(theta.shape, bool), np.zeros(theta.shape)
+            for intensity, cutoff, falloff in strengths:
+                share = np.clip((cutoff - theta) / max(cutoff - falloff, 1e-300), 0, 1)
+                truth += ALBEDO / np.pi * intensity * share * self.height / r**3
+                sure &= np.abs(theta - cutoff) > self.near
+            found.add(sure & ~(np.abs(image[..., 0] - truth) <= 1e-5), nan)
             scene.destroy()
         return asdict(found)
 
