@@ -182,6 +182,12 @@ class RenderSettings:
         choices=("scene", "all"),
     )
 
+    background: Vector | None = vector(
+        "colour behind everything, each number from 0 to 1 (default: the scene file's, or black)",
+        SCENE,
+        ("R", "G", "B"),
+    )
+
     intersector: str | None = setting(
         "which intersector finds what a ray meets (default: bvh, or wide_bvh for many primitives)",
         RAYS,

@@ -48,7 +48,7 @@ QUICK = 4  # a quick picture has a quarter of the width and of the height
 WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
 # Settings that are arguments of a scene, and of a renderer, under the same names.
 SCENE_ARGUMENTS = ("brdfs", "lights", "ground", "two_sided_lamps", "intersector", "triangle_test")
-SCENE_ARGUMENTS += ("effects", "smooth", "lamp_choice", "up_axis")
+SCENE_ARGUMENTS += ("effects", "smooth", "lamp_choice", "up_axis", "background")
 RENDERER_ARGUMENTS = ("sampler", "seed", "adaptive", "first_sample")
 
 

@@ -1,9 +1,10 @@
 """From settings to a scene and its pictures."""
 
+import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cli import make_parser
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.grammar import as_value
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.settings import RenderSettings
@@ -38,3 +39,12 @@ def test_a_camera_takes_what_is_given_and_leaves_the_rest():
     assert parallel["screen_window"] == pytest.approx((-10, 10, -5, 5))
     with pytest.raises(tt.InputError, match="did you mean 'orthographic'"):
         view_of("--camera", "ortographic")
+
+
+def test_a_background_is_a_colour_of_the_command_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert (
+        main(["render", "cube", "--view", "flat", "--size", "8x8", "--background", "0", "0.5", "1", "-o", "a.npy"]) == 0
+    )
+    corner = np.load("a.npy")[0, 0]
+    assert corner == pytest.approx([0, 0.5, 1])
