@@ -42,6 +42,7 @@ OWN_VIEWS: dict[str, dict[str, Any]] = {
     "globe": {"eye": (-1.2, 1.7, 3.4), "at": (0, 0.85, 0), "up": (0, 1, 0), "fov": 40.0},
     "many_lights": {"eye": (0, 2.4, 1.9), "at": (0, 0, -0.8), "up": (0, 1, 0), "fov": 45.0},
     "specular_spheres": COURSE_VIEW,
+    "still_life": {"eye": (0, 1, 3.5), "at": (0, 0.72, -0.5), "up": (0, 1, 0), "fov": 33.0},
     "veach_plates": {"eye": (0, 5.5, 4.5), "at": (0, 2, -1.5), "up": (0, 1, 0), "fov": 45.0},  # A3-5
     "white_room": COURSE_VIEW,
 }

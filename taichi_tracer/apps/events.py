@@ -62,9 +62,7 @@ def flag(name: str, value: Any) -> bool:
 
 
 def anything(name: str, value: Any) -> Any:
-    """A check for a value that the integrator checks itself: a number, a short text, null or two of them."""
-    if isinstance(value, list) and len(value) == 2:
-        return [anything(name, one) for one in value]
+    """A check for a value that the setting checks itself: a number, a short text, yes or no, or null."""
     if value is None or isinstance(value, bool):
         return value
     return text(name, value) if isinstance(value, str) else number(-1e9, 1e9)(name, value)
@@ -78,17 +76,8 @@ EVENTS: dict[str, dict[str, Check]] = {
     "zoom": {"by": number(-MOST_DRAG, MOST_DRAG)},
     "pan": {"dx": number(-MOST_DRAG, MOST_DRAG), "dy": number(-MOST_DRAG, MOST_DRAG)},
     "blur": {},
-    "use": {"what": text, "name": text},
-    "environment": {"name": text},
-    "triangle_test": {"name": text},
-    "lamp_choice": {"name": text},
-    "ground": {"name": text},
-    "control": {"name": text, "value": anything},
-    "exposure": {"value": number(-20, 20)},
+    "set": {"name": text, "value": anything},
     "expose": {},
-    "tone": {"name": text},
-    "fov": {"value": number(1, 170)},
-    "white": {"value": number(1e-9, 1e9)},
     "reset": {},
     "explain": {"column": whole(0, 1 << 16), "row": whole(0, 1 << 16), "sample": whole(0, 1 << 30)},
     "same": {},
@@ -97,7 +86,10 @@ EVENTS: dict[str, dict[str, Check]] = {
     "cancel": {},
     "point": {"column": whole(0, 1 << 16), "row": whole(0, 1 << 16)},
     "leave": {},
+    "look": {name: whole(0, 1 << 16) for name in ("column", "row", "columns", "rows")},
+    "size": {"width": whole(16, 1 << 13), "height": whole(16, 1 << 13)},
     "split": {"mode": text},
+    "equal": {"by": text},
     "side": {"number": whole(0, 1)},
     "save": {"kind": text},
     "ack": {"id": whole(0, 1 << 53)},

@@ -27,6 +27,8 @@ from taichi_tracer.system.registry import PARTS
 def as_command(renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> str:
     """The command line that makes the picture that the renderer shows; ``base`` as for ``settings_of``."""
     settings = settings_of(renderer, base)
+    if not renderer.needs_light:
+        settings = replace(settings, environment=None, lamp_choice=None)
     return shlex.join(["taichi-tracer", "render", settings.scene, *settings.words()])
 
 
@@ -43,7 +45,7 @@ def settings_of(renderer: ProgressiveRenderer, base: RenderSettings | None = Non
         scene_settings(renderer.scene_data, base or RenderSettings()),
         **values | {"bounces": () if values["bounces"] is None else (values["bounces"],)},
         **camera_settings(renderer.camera),
-        environment=environment_name(renderer.scene_data) if renderer.needs_light else None,
+        environment=environment_name(renderer.scene_data),
         view=renderer.active.name,
         size=(renderer.width, renderer.height),
         quick=False,

@@ -219,7 +219,6 @@ def open_server(session: Session, forwarded: Sequence[int] = ()) -> LiveServer:
 
 def serve(session: Session, tell: Callable[[str], None] = print, forwarded: Sequence[int] = ()) -> int:
     """Serve until Ctrl-C; ``forwarded`` as for ``LiveServer``."""
-    session.warm_up(tell)
     server = open_server(session, forwarded)
     tell(f"Open {server.address}")
     tell(f"From another machine, first: ssh -N -L {server.port}:{LOOPBACK}:{server.port} USER@{socket.gethostname()}")

@@ -5,12 +5,14 @@ several threads. Other threads ``post`` events and wait for frames. A frame is m
 that a slow connection gets fewer frames instead of a queue of old ones.
 """
 
+import contextlib
 import html
 import json
 import shlex
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,31 +21,38 @@ import numpy as np
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps import pace
-from taichi_tracer.apps.cancelling import Cancelled, Cancelling, former
-from taichi_tracer.apps.choices import Choices
+from taichi_tracer.apps.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.mailbox import Mailbox
-from taichi_tracer.apps.pointed import Pointed
+from taichi_tracer.apps.pixel_probe import PixelProbe, linear_values
 from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, position_of
-from taichi_tracer.apps.split import Split, Told, details_of, state_of
+from taichi_tracer.apps.renderer_state import OF_SCENE, RendererState, read
+from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, environment_name, position_of
+from taichi_tracer.apps.split import DIFFERENCE, OFF, Split
 from taichi_tracer.camera_controller import Pose
-from taichi_tracer.integrators.controls import BouncesControl, NameControl
+from taichi_tracer.picture.typical_error import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.settings import RenderSettings
+from taichi_tracer.settings import NO_NAME, RenderSettings
+from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
 # Seconds between two lossless pictures at least, their share of the time, and seconds between them at most.
 REST_EVERY, REST_SHARE, REST_MOST = 0.3, 0.025, 0.45
-ERROR_SHARE = 0.025  # of the time that looks at the error take
+ERROR_SHARE, ERROR_MOST = 0.05, 0.5  # of the time that estimates of the error take; seconds between two at most
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
+MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 SIDES = ("left", "right")  # of two pictures
-POINTING = ("point", "leave")  # events that change nothing of the picture, or of what is told of it
+POINTING = ("point", "leave", "look")  # events that change nothing of the picture
 FILES = {"png": "image/png", "exr": "image/x-exr"}  # kinds of files that can be saved
+COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
+
+
+class Cancelled(BaseException):
+    """Somebody does not want any more what is being compiled; no ``Exception``, which others might swallow."""
 
 
 class Session(Mailbox):
@@ -51,7 +60,8 @@ class Session(Mailbox):
 
     Args:
         renderer: what is shown first.
-        settings: what the program was started with, for the command that makes the picture again.
+        settings: what the program was started with; None in a notebook. With them, kernels are compiled ahead by
+            another process, and the picture gets the size of the page, unless they have a size.
         now: the clock, in seconds.
     """
 
@@ -62,34 +72,40 @@ class Session(Mailbox):
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(now)
-        self.choices, self.settings = Choices(renderer), settings
+        self.state, self.settings = RendererState(renderer, settings), settings
+        self.follows_size = settings is not None and settings.size is None and settings.crop is None
         self.split: Split | None = None
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
         self.keys: set[str] = set()
         self.message, self.explanation = "", ""  # the second one as HTML
-        self.pointed: Pointed | None = None
-        self._answers = 0  # counts the choices, so that a page hears of each
-        self._before: tuple[str, dict[str, Any]] | None = None  # the event that takes the last choice back
-        self.errors: dict[int, Told] = {}
+        self.explained: tuple[int, int] | None = None  # the pixel
+        self.probe: PixelProbe | None = None
+        self.region: dict[str, int] | None = None  # the pixels whose numbers a page shows
+        self.choice: Choice | None = None  # what was chosen, and is not shown yet
+        self._compiled: set[tuple] = set()  # what needs no compiling any more
+        self._unit = START  # seconds that a view takes to compile
+        self._is_cold = True  # whether the picture of a moving camera is still to be compiled
+        self._answers = 0  # counts the choices, so that a page gets each
+        self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self._last_step = self._moved_at = self.now()
         self._has_moved = False  # since the last frame
         self.preview = Preview()
         self._began = self._moved_at  # when the last work on a frame began
-        self._shown: ProgressiveRenderer | None = None  # a coarse picture that stands for that of the renderer
+        self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
         self._file_of: tuple = ()  # what the bytes of its file depend on
         self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
-        self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
+        self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
         self._details, self._details_of, self._details_number = "{}", (), 0
 
     @property
     def renderer(self) -> ProgressiveRenderer:
         """The renderer that the controls change."""
-        return self.choices.renderer
+        return self.state.renderer
 
     @property
     def renderers(self) -> list[ProgressiveRenderer]:
@@ -98,11 +114,23 @@ class Session(Mailbox):
 
     def warm_up(self, tell: Callable[[str], None] = print) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
+        start = time.monotonic()
         pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
-        begin = self.now()
+        self._compiled.add(self._kernels_of(self.state.settings))
+        self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
+
+    def _warm_moving(self) -> None:
+        """Compile the picture that a moving camera shows, so that the first drag does not wait."""
+        self._is_cold, begin = False, self.now()
         quick_pixels(self.renderer.render())
         self.preview.took(self.renderer, self.now() - begin)
         quick_pixels(self.preview.of(self.renderer).render())
+        self._compiled.add(self._kernels_of(self.state.settings))
+
+    @staticmethod
+    def _kernels_of(settings: RenderSettings) -> tuple:
+        """What the kernels of a picture depend on, of what can be chosen."""
+        return (*(getattr(settings, name) for name in ("view", *OF_SCENE)), settings.environment == NO_NAME)
 
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
@@ -123,27 +151,23 @@ class Session(Mailbox):
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
         events, answered = self.take_post()
-        is_busy = True
-        try:
-            with Cancelling(self).while_compiling():
-                moved = self.take(events)
-                now = self.now()
-                self.move(min(now - self._last_step, LONGEST_STEP), *moved)
-                self._last_step = now
-                is_busy = self.seconds_of_rest() == 0
-                if is_busy:
-                    self.render()
-                    self.make_frame()
-        except Cancelled:
-            self.take_back()
+        moved = self.take(events)
+        if self.is_cancelled and self.choice is not None:
+            self.choice.cancel()
+            self.choice, self.message = None, "Cancelled."
+        self.is_cancelled = False
+        if self.choice is not None and self.choice.is_due:
+            self._take_choice(self.choice)
+        now = self.now()
+        self.move(min(now - self._last_step, LONGEST_STEP), *moved)
+        self._last_step = now
+        is_busy = self.seconds_of_rest() == 0
+        if is_busy:
+            self.render()
+            self.make_frame()
+        if self._is_cold and self._framed and not self.is_moving and self.split is None:
+            self._warm_moving()
         return bool(events or answered or is_busy)
-
-    def take_back(self) -> None:
-        """Show again what was shown before the last choice."""
-        if self._before is not None:
-            kind, members = self._before
-            getattr(self, f"on_{kind}")(**members)
-        self._before, self.message = None, "Cancelled."
 
     @property
     def is_moving(self) -> bool:
@@ -186,16 +210,15 @@ class Session(Mailbox):
             self._pictures += 1
             return
         end = begin + WORK
-        while True:
-            for renderer in self.renderers:
-                if is_final(renderer):
-                    continue
-                if not renderer.is_current():
-                    self.errors.clear()
-                    self._look.next = self._rest.next = 0.0
-                renderer.render()
-                self._pictures += 1
-            if self.now() >= end or self.is_moving or all(is_final(one) for one in self.renderers):
+        while not all(is_final(one) for one in self.renderers):
+            renderer = self.renderer if self.split is None else self.split.behind
+            if not renderer.is_current():
+                self.errors.clear()
+                self._look.next = self._rest.next = 0.0
+            renderer.render()
+            self._pictures += 1
+            has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
+            if has_all and (self.now() >= end or self.is_moving):
                 break
 
     def take(
@@ -219,18 +242,23 @@ class Session(Mailbox):
             elif kind == "blur":
                 self.keys.clear()
             elif kind in POINTING:
-                self.pointed = Pointed(**members, renderer=self.renderer) if members else None
+                getattr(self, f"on_{kind}")(**members)
             elif kind not in OF_HOSTS:
-                self.message, self.explanation = "", ""  # both were about what was shown before
+                self.message = ""
                 self._answers += 1
-                self._before = former(self, kind, members)
-                try:
+                with self.errors_as_message():
                     getattr(self, f"on_{kind}")(**members)
-                except Exception as error:  # nothing that a page asks for ends the picture
-                    self.message = " ".join(str(error).split())
-                    if not isinstance(error, InputError):
-                        traceback.print_exc()
         return (orbit[0], orbit[1]), zoom, (pan[0], pan[1]), tapped
+
+    @contextlib.contextmanager
+    def errors_as_message(self) -> Iterator[None]:
+        """An error within becomes the message of the page: nothing that a page asks for ends the picture."""
+        try:
+            yield
+        except Exception as error:
+            self.message = " ".join(str(error).split())
+            if not isinstance(error, InputError):
+                traceback.print_exc()
 
     def move(
         self,
@@ -245,116 +273,151 @@ class Session(Mailbox):
         if not (keys or zoom or any(orbit) or any(pan)):
             return
         camera = self.renderer.camera
-        pose = camera_controller.step(
-            Pose.of(camera), keys, seconds, orbit, zoom, self.speed, self.choices.scene.up_axis
-        )
+        pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, self.state.scene.up_axis)
         if any(pan):
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
-        self._moved_at, self._has_moved, self.explanation = self.now(), True, ""
+        self._moved_at, self._has_moved = self.now(), True
+
+    # ── what takes time ──
+
+    def choose(self, text: str, about: float, take: Callable[[], None], process: Any = None) -> None:
+        """Do something soon, after the page has shown that it takes time; what was chosen before is given up."""
+        if self.choice is not None:
+            self.choice.cancel()
+        self.choice = Choice(text, about, take, process)
+
+    def _take_choice(self, choice: Choice) -> None:
+        """Show what was chosen; where somebody cancels it, what was shown before."""
+        former, self.choice = self.state.settings, None
+        compiling.watchers.append(self)
+        try:
+            with self.errors_as_message():
+                choice.take()
+        except Cancelled:
+            self.state.show(former)
+            self.message = "Cancelled."
+        finally:
+            compiling.watchers.remove(self)
+        self._answers += 1
+
+    def begins(self, _kernel: compiling.Kernel) -> None:
+        """Before Taichi translates a kernel: end the choice if nobody wants it any more."""
+        if self.is_cancelled:
+            raise Cancelled
+
+    def ends(self) -> None:
+        """The kernel is translated."""
 
     # ── what can be chosen ──
 
-    def on_use(self, what: str, name: str) -> None:
-        """Show another view or estimator."""
-        found = [cls for cls, _ in self.choices.offered if cls.what == what]
-        if not found:
-            raise one_of("kind", what, [cls.what for cls, _ in self.choices.offered])
-        self.choices.use(found[0], name)
+    def on_set(self, name: str, value: Any) -> None:
+        """Change a setting, or a value of the integrator."""
+        state = self.state
+        if name not in COMPILES:
+            state.change(name, value)
+            return
+        wanted = replace(state.settings, **{name: read(name, value)})
 
-    def on_environment(self, name: str) -> None:
-        """Choose the light from far away."""
-        if name not in self.choices.environments:
-            raise one_of("environment", name, self.choices.environments)
-        self.choices.set_environment(name)
+        def take() -> None:
+            """Show it, and compile what is still missing."""
+            state.show(wanted)
+            quick_pixels(self.renderer.render())
+            self._is_cold, self._framed = True, ()
 
-    def on_triangle_test(self, name: str) -> None:
-        """Choose the triangle test."""
-        self._step_to("triangle_test", name)
-
-    def on_ground(self, name: str) -> None:
-        """Choose what lies under everything."""
-        self._step_to("ground", name)
-
-    def on_lamp_choice(self, name: str) -> None:
-        """Choose how samples choose among lamps."""
-        self._step_to("lamp_choice", name)
-
-    def _step_to(self, what: str, name: str) -> None:
-        known = getattr(self.choices, f"{what}s")
-        if name not in known:
-            raise one_of(what.replace("_", " "), name, known)
-        while getattr(self.choices, what) != name:
-            getattr(self.choices, f"next_{what}")()
-
-    def on_control(self, name: str, value: Any) -> None:
-        """Change a value of the integrator."""
-        control = next((c for c in self.renderer.controls() if c.name == name), None)
-        if control is None:
-            raise InputError(f"{self.renderer.active.name} has no {name} that can be changed")
-        if isinstance(control, BouncesControl):
-            value = None if value is None else tuple(None if one is None else int(one) for one in value)
-        elif not isinstance(control, NameControl) and isinstance(control.low, int) and isinstance(control.high, int):
-            value = int(value)
-        self.renderer.change(name, value)
-
-    def on_exposure(self, value: float) -> None:
-        """Choose the exposure in stops."""
-        self.renderer.set_display(exposure=value)
+        what, chosen = state.find(wanted.view)
+        wanted = state.lit(wanted, chosen)
+        if self._kernels_of(wanted) in self._compiled:
+            state.show(wanted)
+            return
+        about, process = COSTS.get(what.what, 1.0) * self._unit, None
+        if self.settings is not None and Path(state.settings.scene).suffix != ".xml":
+            process, about = compiling_process(wanted), about + START
+        self.choose(f"compiling {wanted.view if name == 'view' else name.replace('_', ' ')}", about, take, process)
 
     def on_expose(self) -> None:
         """Choose the exposure that shows the picture well."""
         self.renderer.expose()
 
-    def on_tone(self, name: str) -> None:
-        """Choose the tone curve."""
-        self.renderer.set_display(tone=name)
-
-    def on_fov(self, value: float) -> None:
-        """Choose the field of view."""
-        if self.renderer.camera.has_window:
-            raise InputError("this camera has a window, and no field of view")
-        self.renderer.camera.set_camera_parameters(fov=value)
-
-    def on_white(self, value: float) -> None:
-        """Choose the distance that is white."""
-        self.choices.set_white(value)
-
     def on_reset(self) -> None:
-        """Bring the camera, and the distance that is white, back to where they were at first."""
+        """Bring the camera back to where it was at first."""
         self.renderer.camera.set_camera_parameters(**self.first_camera)
-        self.choices.set_white(self.choices.usual_white)
 
     def on_explain(self, column: int, row: int, sample: int) -> None:
         """Explain a pixel."""
         most = max(0, self.renderer.film.samples - 1)
-        self.explanation = self.renderer.explain(column, row, min(sample, most))._repr_html_()
+
+        def explain() -> None:
+            """Find every number on the way to the pixel."""
+            self.explanation = self.renderer.explain(column, row, min(sample, most))._repr_html_()
+            self.explained = column, row
+
+        self.choose(f"explaining column {column}, row {row}", self._unit, explain)
 
     def on_same(self) -> None:
-        """Tell what makes this picture again."""
+        """Show what makes this picture again."""
         command, lines = as_command(self.renderer, self.settings), as_python(self.renderer)
         self.explanation = f"<pre>{html.escape(command)}</pre><pre>{html.escape(lines)}</pre>"
 
     def on_camera(self) -> None:
-        """Tell the camera as options of the command line."""
+        """Show the camera as options of the command line."""
         self.explanation = f"<pre>{html.escape(shlex.join(camera_words(self.renderer.camera)))}</pre>"
 
     def on_close(self) -> None:
-        """Tell nothing any more: what was told is gone already."""
+        """Close the explanation."""
+        self.explanation, self.explained = "", None
+
+    def on_point(self, column: int, row: int) -> None:
+        """Show the numbers of a pixel."""
+        self.probe = PixelProbe(column, row, self.renderer)
+
+    def on_leave(self) -> None:
+        """Show the numbers of no pixel."""
+        self.probe = None
+
+    def on_look(self, **region: int) -> None:
+        """Show the numbers of a region of pixels; of none where it has no columns."""
+        self.region = region if region["columns"] > 0 else None
+
+    def on_size(self, width: int, height: int) -> None:
+        """Give the picture the size of the page."""
+        size = width, height
+        if not self.follows_size or self.split is not None or size == (self.renderer.width, self.renderer.height):
+            return
+        scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
+        self.state = self.state.resized(int(width * scale), int(height * scale))
+        self.preview, self.probe, self.explained, self.region = Preview(), None, None, None
+        self._is_cold, self._framed = True, ()
 
     def on_split(self, mode: str) -> None:
-        """Show two choices on one camera, or their difference, or one again."""
-        self.split = Split.begun(self.split, self.choices, mode)
-        if self.split is None:
-            return
-        self.choices = self.split.choices
+        """Choose how two pictures are shown, or one."""
+
+        def begin() -> None:
+            """Make the second picture, and compile it."""
+            self.split = Split(self.state, mode)
+            self.state = self.split.state
+            for one in self.split.sides:
+                quick_pixels(one.renderer.render())
+            self.split.begin_again()
+
+        if mode == OFF:
+            self.split = None
+        elif self.split is None:
+            self.choose("preparing the second picture", self._unit, begin)
+        else:
+            self.split.set_mode(mode)
+
+    def on_equal(self, by: str) -> None:
+        """Choose what two pictures have the same number of."""
+        if self.split is not None:
+            self.split.set_equal(by)
 
     def on_side(self, number: int) -> None:
         """Choose which of the two pictures the controls change."""
         if self.split is None:
             raise InputError("side: one picture is shown: choose to compare first")
         self.split.number = number
-        self.choices = self.split.choices
+        self.state = self.split.state
 
     # ── frames ──
 
@@ -369,15 +432,14 @@ class Session(Mailbox):
         self.bring_details_up_to_date()
         shown = self.renderers if self._shown is None else [self._shown]
         number = 1 if self._frame is None else self._frame.number + 1
-        file_of = self._pictures, kind, self.settings_key()[: -len(self.told)]
+        file_of = self._pictures, kind, self.settings_key()[: -len(self.beside)]
         if self._frame is not None and file_of == self._file_of:
             data, data_number = self._frame.data, self._frame.data_number
         else:
             pixels = make(shown[0]) if self.split is None else self.split.pixels(make)
             data, data_number = encoded(pixels, kind), number
         self._file_of = file_of
-        pointed = None if self.pointed is None or self.is_moving else self.pointed.told(self.renderers)
-        state = state_of(shown, self.split, self.errors, pointed)
+        state = json.dumps(self.present_state(shown))
         if kind == "jpeg" and self.split is None:
             self.preview.took(self.renderer, self.now() - self._began)
         self._framed = self._pictures, kind, self.settings_key()
@@ -386,13 +448,39 @@ class Session(Mailbox):
             self._rest.done(begin, self._framed_at)
         self.show(Frame(number, kind, data, state, self._details, self._details_number, data_number))
 
+    def present_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
+        """What changes with every picture: samples, errors, the scale of colours, and the pixels that are asked for."""
+        known = [self.errors.get(id(one)) for one in shown]
+        sides = [
+            {
+                "view": one.active.name,
+                "samples": one.samples if one.is_random else 1,
+                "seconds": one.rendered_seconds,
+                "is_random": one.is_random,
+                "error": error if error and error["samples"] <= one.samples < 2 * error["samples"] else None,
+            }
+            for one, error in zip(shown, known, strict=True)
+        ]
+        number = 0 if self.split is None else self.split.number
+        is_difference = self.split is not None and self.split.mode == DIFFERENCE
+        scale = self.split.scale if is_difference else shown[number].scale  # type: ignore[union-attr]
+        is_still = not self.is_moving
+        pointed = self.probe.numbers(self.renderers) if self.probe is not None and is_still else None
+        return {
+            **sides[number],
+            "sides": sides,
+            "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
+            "pointed": pointed,
+            "values": linear_values(self.renderer, self.region) if self.region and is_still else None,
+        }
+
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
         begin = self.now()
         random = [one for one in self.renderers if one.is_random and one.film.samples > 1]
         if not random or self.is_moving or begin < self._look.next:
             return
-        self.errors = {id(one): Told(str(one.error()), one.samples) for one in random}
+        self.errors = {id(one): error_of(one) for one in random}
         self.curves = {}
         for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
@@ -401,28 +489,50 @@ class Session(Mailbox):
         self._look.done(begin, self.now())
 
     def settings_key(self) -> tuple:
-        """What is compared to find out whether something else was chosen or told: without the camera's place."""
-        choices = self.choices
+        """What is compared to find out whether something else was chosen or said: without the camera's place."""
         of = [
             (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
             for one in self.renderers
         ]
-        split = None if self.split is None else (self.split.mode, self.split.number)
+        split = None if self.split is None else (self.split.mode, self.split.number, self.split.equal)
         fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, split, fov, choices.white, *self.told)
+        return (*of, split, fov, self.state.max_distance, *self.beside)
 
     @property
-    def told(self) -> tuple:
-        """What is told beside the picture, and changes nothing of it."""
-        return self.message, self.explanation, self._answers, self.pointed
+    def beside(self) -> tuple:
+        """What is shown beside the picture, and changes nothing of it."""
+        region = None if self.region is None else tuple(self.region.values())
+        return self.message, self.explanation, self._answers, self.probe, region, self.choice and self.choice.began
 
     def bring_details_up_to_date(self) -> None:
         """Make the details again if something of them has changed."""
         of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._look.next
         if of != self._details_of:
             self._details_of, self._details_number = of, self._details_number + 1
-            told = {"curves": self.curves, "message": self.message, "explanation": self.explanation}
-            self._details = json.dumps(details_of(self.choices, self.split) | told)
+            self._details = json.dumps(self.details())
+
+    def details(self) -> dict[str, Any]:
+        """What can be chosen, and what is chosen."""
+        renderer, choice = self.renderer, self.choice
+        offered = [
+            {"what": cls.what, "names": [[one.name, one.label or one.name] for one in offers]}
+            for cls, offers in self.state.offered
+        ]
+        busy = choice and {"text": choice.text, "about": choice.about, "since": time.monotonic() - choice.began}
+        return {
+            **{name: getattr(renderer, name) for name in ("width", "height", "what")},
+            "scene": Path(renderer.scene_data.source).stem,
+            "environment": environment_name(self.state.scene),
+            "offered": offered,
+            "controls": self.state.controls(),
+            "follows": self.follows_size,
+            "busy": busy,
+            "explained": self.explained,
+            "split": self.split and {"mode": self.split.mode, "side": self.split.number, "equal": self.split.equal},
+            "curves": self.curves,
+            "message": self.message,
+            "explanation": self.explanation,
+        }
 
     def file(self, kind: str) -> bytes:
         """The picture as a file, as ``renderer.save`` writes it: "png" or "exr".
@@ -440,6 +550,14 @@ class Session(Mailbox):
             except InputError as error:
                 raise InputError(str(error).removeprefix(f"{path}: ")) from None
             return path.read_bytes()
+
+
+def error_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
+    """What is known of the error of a picture, in per cent; None where a number is unknown."""
+    error, typical = renderer.error(), typical_error(renderer.film)
+    numbers = {"rmse": float(error), "low": error.low, "high": error.high, "typical": typical}
+    finite = {name: 100 * value if np.isfinite(value) else None for name, value in numbers.items()}
+    return {**finite, "text": str(error), "samples": renderer.samples}
 
 
 def is_final(renderer: ProgressiveRenderer) -> bool:

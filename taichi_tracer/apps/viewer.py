@@ -21,13 +21,14 @@ import taichi as ti
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps import pace
-from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.frames import quick_pixels
+from taichi_tracer.apps.names import find_views
 from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.reproduce import as_command, camera_words, name_of_light, position_of
+from taichi_tracer.apps.renderer_state import RendererState, after
+from taichi_tracer.apps.reproduce import as_command, camera_words, environment_name, name_of_light, position_of
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
 from taichi_tracer.camera_controller import Pose
@@ -58,10 +59,16 @@ def run(args: Namespace) -> int:
     settings = RenderSettings.of(args)
     request = request_of(settings)
     picture, *_ = request.pictures
-    (renderer_class, integrator), *_ = picture.views
-    renderer = picture.make_renderer(renderer_class, request.load()).use(integrator.name)
+    scene = request.load()
+    begins_lit = args.browser and settings.view is None and picture.shot is None and not scene.effects.is_dark
+    (renderer_class, integrator), *_ = find_views("mis") if begins_lit else picture.views
+    renderer = picture.make_renderer(renderer_class, scene).use(integrator.name)
     if args.browser:
-        return serve(Session(renderer, settings), forwarded=args.forwarded)
+        session = Session(renderer, settings)
+        session.warm_up()
+        if begins_lit and settings.exposure == 0:
+            renderer.expose()
+        return serve(session, forwarded=args.forwarded)
     asks_browser, all_views = sys.stdout.isatty(), not picture.names_view
     return show(renderer, settings=settings, offers_browser=asks_browser, all_views=all_views)
 
@@ -90,7 +97,9 @@ def show(
         return 0
     print(f"No window can open here: {verdict.reason}.")
     if offers_browser:
-        return serve(Session(renderer, settings))
+        session = Session(renderer, settings)
+        session.warm_up()
+        return serve(session)
     shown = asked_for(renderer) if all_views else (renderer.active,)
     paths = write_all(renderer, Path(folder), shown)
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
@@ -131,7 +140,7 @@ class Viewer:
     """
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, settings: RenderSettings | None = None) -> None:
-        self.choices, self.folder, self.settings = Choices(renderer), folder, settings
+        self.state, self.folder, self.settings = RendererState(renderer, settings), folder, settings
         self.zoom = max(1, SMALLEST // max(renderer.width, renderer.height))
         self.pixels = np.full((PANEL, 1, 3), BACKGROUND, np.uint8)
         self.message: list[str] = []
@@ -146,7 +155,7 @@ class Viewer:
     @property
     def renderer(self) -> ProgressiveRenderer:
         """The renderer that shows."""
-        return self.choices.renderer
+        return self.state.renderer
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -246,7 +255,7 @@ class Viewer:
         camera = self.renderer.camera
         self.moves = bool(keys) or zoom != 0 or orbit != (0, 0)
         if self.moves:
-            up_axis = self.choices.scene.up_axis
+            up_axis = self.state.scene.up_axis
             pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, up_axis)
             camera.set_camera_parameters(**pose.parameters())
 
@@ -258,11 +267,13 @@ class Viewer:
             for text in TEXTS:
                 panel.text(text)
             panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp{self.error_in_words()}")
-            for renderer_class, offers in self.choices.offered:
+            for renderer_class, offers in self.state.offered:
                 if renderer_class is not MapRenderer or isinstance(self.renderer, MapRenderer):
                     self.draw_buttons(panel, renderer_class, offers)
-            if panel.button(f"Environment: {Path(self.choices.environment).name}"):
-                self.choose(self.choices.next_environment)
+            environment = environment_name(self.state.scene)
+            if panel.button(f"Environment: {Path(environment).name}"):
+                following = after(environment, self.state.environments)
+                self.choose(partial(self.state.change, "environment", following))
             for control in self.renderer.controls():
                 self.draw_control(panel, control)
             if self.renderer.srgb:
@@ -284,7 +295,7 @@ class Viewer:
         for integrator in offers:
             is_active = renderer_class is type(self.renderer) and integrator.name == self.renderer.active.name
             if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
-                self.choose(partial(self.choices.use, renderer_class, integrator.name))
+                self.choose(partial(self.state.change, "view", integrator.name))
 
     def draw_control(self, panel, control: Control) -> None:
         """A value of the integrator: a slider or a button. The picture starts again if it changes."""

@@ -28,9 +28,46 @@ def until(condition, what):
         time.sleep(0.2)
 
 
+BOX = "(() => {{ const b = document.querySelector('{}').getBoundingClientRect();"
+BOX += " return [b.left, b.top, b.right, b.bottom]; }})()"
+
+
+class Page:
+    """The page of ``view --browser`` in a browser."""
+
+    def __init__(self, shown, address):
+        self.shown, self.address = shown, address
+        shown.open(address, 1100, 900)
+        self.until(f"{CANVAS} && {CANVAS}.dataset.kind === 'png'", "no picture is shown")
+
+    def until(self, script, what):
+        """Wait until an expression of JavaScript is true."""
+        until(lambda: self.shown.evaluate(script), what)
+
+    def click(self, text):
+        """Click on the button that begins with a text."""
+        assert self.shown.evaluate(CLICK.format(text)), text
+
+    def box(self, selector):
+        """(left, top, right, bottom) of an element in the window."""
+        return self.shown.evaluate(BOX.format(selector))
+
+    def mouse(self, kind, x, y, buttons=1):
+        """Move, press or release the left button, in pixels of the window."""
+        left = "left" if buttons or kind == "mouseReleased" else "none"
+        place = {"x": x, "y": y, "button": left, "buttons": buttons, "clickCount": 1}
+        self.shown.ask("Input.dispatchMouseEvent", type=kind, **place)
+
+    def drag(self, start, end):
+        """Drag from one point to another one."""
+        self.mouse("mousePressed", *start)
+        self.mouse("mouseMoved", *end)
+        self.mouse("mouseReleased", *end, 0)
+
+
 @pytest.mark.slow
 def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
-    words = ["-u", "-m", "taichi_tracer", "view", "cube", "--size", "96x64", "--view", "normal", "--browser"]
+    words = ["-u", "-m", "taichi_tracer", "view", "cube", "--view", "normal", "--browser"]
     environment = os.environ | {"PYTHONPATH": str(Path(tt.__file__).parents[1])}
     program = subprocess.Popen(
         [sys.executable, *words],
@@ -42,26 +79,41 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
     )
     try:
         address = next(found[0] for line in program.stdout if (found := re.search(r"http://\S+", line)))
-        with browser.started(tmp_path) as page:
-            page.open(address, 1100, 900)
-            until(lambda: page.evaluate(f"{CANVAS} && {CANVAS}.dataset.kind === 'png'"), "no picture is shown")
-            seen = [page.evaluate(PIXELS)]
-            left, top = (page.evaluate(f"{CANVAS}.getBoundingClientRect().{side}") for side in ("left", "top"))
-            for kind, x in (("mousePressed", 40), ("mouseMoved", 70), ("mouseReleased", 70)):
-                place = {"x": left + x, "y": top + 30, "button": "left", "buttons": 1, "clickCount": 1}
-                page.ask("Input.dispatchMouseEvent", type=kind, **place)
-            until(lambda: page.evaluate(PIXELS) not in seen, "a drag turns nothing")
-            seen.append(page.evaluate(PIXELS))
-            assert page.evaluate(CLICK.format("Material ID"))
-            until(lambda: page.evaluate(PIXELS) not in seen, "a button changes nothing")
-            assert page.evaluate(CLICK.format("Explain a pixel"))
-            for kind in ("mousePressed", "mouseReleased"):
-                place = {"x": left + 48, "y": top + 32, "button": "left", "buttons": 1, "clickCount": 1}
-                page.ask("Input.dispatchMouseEvent", type=kind, **place)
-            told = "document.querySelector('.tt-told').textContent"
-            until(lambda: "generate_ndc_coords" in page.evaluate(told), "no pixel is explained")
-            asked = [url for url in page.requests if not url.startswith((address.partition("#")[0], "blob:"))]
-            assert asked == []
+        with browser.started(tmp_path) as shown:
+            page = Page(shown, address)
+            page.until(
+                f"{CANVAS}.width === {CANVAS}.parentElement.parentElement.clientWidth", "it does not fill the page"
+            )
+            left, top, right, bottom = page.box("canvas")
+            assert (right - left) * (bottom - top) > 0.6 * 1100 * 900  # the picture fills the window
+            seen = shown.evaluate(PIXELS)
+            page.drag((left + 100, top + 100), (left + 180, top + 110))
+            until(lambda: shown.evaluate(PIXELS) != seen, "a drag turns nothing")
+            page.click("material_id")
+            page.until(f"{CANVAS}.dataset.view === 'material_id'", "a button changes nothing")
+            page.click("mis")
+            page.until("document.querySelector('.tt-strip').innerText.startsWith('compiling mis')", "no word of it")
+            page.until(f"{CANVAS}.dataset.view === 'mis'", "no light is shown")
+            numbers = "document.querySelector('.tt-numbers').textContent"
+            page.until(f"/samples · RMSE .* ± .* typical pixel/.test({numbers})", "no error")
+            page.click("Compare two")
+            page.until("!document.querySelector('.tt-divider').hidden", "no border is shown")
+            border = page.box(".tt-divider")
+            page.drag(((border[0] + border[2]) / 2, top + 50), (left + 100, top + 50))
+            assert page.box(".tt-divider")[0] < border[0] - 50
+            page.click("One picture")
+            page.click("Explain a pixel")
+            page.drag((left + 200, top + 200), (left + 200, top + 200))
+            page.until("/generate_ndc_coords/.test(document.querySelector('.tt-told').textContent)", "no explanation")
+            assert page.box(".tt-drawer")[3] <= 900  # it is in sight, and scrolls by itself
+            assert not shown.evaluate("document.querySelector('.tt-mark').hidden")
+            page.click("Close")
+            page.mouse("mouseMoved", left + 210, top + 205, 0)
+            page.until("/sees/.test(document.querySelector('.tt-pointed').textContent)", "no numbers of a pixel")
+            asked = [url for url in shown.requests if not url.startswith((address.partition("#")[0], "blob:"))]
+            assert asked == [one for one in shown.complaints if not one.startswith("Canvas2D")] == []  # PIXELS reads
+            program.send_signal(signal.SIGINT)
+            page.until("document.querySelector('.tt-bar').inert", "nobody says that the program has ended")
     finally:
         program.send_signal(signal.SIGINT)
         rest = program.communicate(timeout=60)[0]

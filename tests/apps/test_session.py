@@ -2,6 +2,7 @@
 
 import io
 import json
+import time
 
 import numpy as np
 import pytest
@@ -40,9 +41,10 @@ def shared(scene):
 @pytest.fixture
 def session(shared):
     """The session, as it was in the beginning."""
-    for event in ({"type": "use", "what": "view", "name": "normal"}, {"type": "reset"}, {"type": "blur"}):
+    for event in ({"type": "set", "name": "view", "value": "normal"}, {"type": "reset"}, {"type": "blur"}):
         shared.post(event)
     shared.step(0.0)
+    chosen(shared)
     watch(shared)
     return shared
 
@@ -60,6 +62,14 @@ def settle(session, most=200):
         if not session.step(0.01) and not session.is_moving:
             break
     return session.newest(0)
+
+
+def chosen(session):
+    """Wait until what was chosen is shown."""
+    end = time.monotonic() + 60
+    while session.choice is not None and time.monotonic() < end:
+        watch(session)
+        session.step(0.01)
 
 
 def pixels(frame):
@@ -100,29 +110,56 @@ def test_dragging_orbits_and_sends_jpeg(session):
 
 def test_choices_and_what_cannot_be_chosen(session):
     for event in (
-        {"type": "use", "what": "view", "name": "hit"},
-        {"type": "triangle_test", "name": "moller_trumbore"},
-        {"type": "fov", "value": 40},
+        {"type": "set", "name": "view", "value": "hit"},
+        {"type": "set", "name": "triangle_test", "value": "moller_trumbore"},
+        {"type": "set", "name": "fov", "value": 40},
     ):
         session.post(event)
-    settle(session)
+        settle(session)
+        chosen(session)
     assert session.renderer.active.name == "hit"
-    assert session.choices.triangle_test == "moller_trumbore"
+    assert session.state.settings.triangle_test == "moller_trumbore"
     assert session.renderer.camera.fov == 40
     for event, message in (
-        ({"type": "use", "what": "view", "name": "nonsense"}, "nonsense"),
-        ({"type": "use", "what": "nothing", "name": "hit"}, "nothing"),
-        ({"type": "environment", "name": "/etc/passwd"}, "/etc/passwd"),
-        ({"type": "triangle_test", "name": "x"}, "x"),
-        ({"type": "control", "name": "seed", "value": 3}, "hit has no seed"),
-        ({"type": "tone", "name": "x"}, "x"),
+        ({"type": "set", "name": "view", "value": "nonsense"}, "nonsense"),
+        ({"type": "set", "name": "nothing", "value": "hit"}, "nothing"),
+        ({"type": "set", "name": "environment", "value": "/etc/passwd"}, "/etc/passwd"),
+        ({"type": "set", "name": "triangle_test", "value": "x"}, "x"),
+        ({"type": "set", "name": "seed", "value": 3}, "seed"),
+        ({"type": "set", "name": "parts", "value": "evil.py"}, "parts"),
+        ({"type": "set", "name": "tone", "value": "x"}, "x"),
+        ({"type": "set", "name": "exposure", "value": "many"}, "exposure"),
         ({"type": "explain", "column": 40, "row": 0, "sample": 0}, "the column must be from 0 to 31"),
     ):
         session.post(event)
         session.step(0.0)
+        chosen(session)
         assert message in session.message, event
-    session.post({"type": "triangle_test", "name": "watertight"})
+
+
+def test_cancel_keeps_what_was_shown(session):
+    session.post({"type": "set", "name": "view", "value": "mis"})
     session.step(0.0)
+    assert "mis" in session.choice.text
+    session.post({"type": "cancel"})
+    session.step(0.0)
+    assert session.choice is None
+    assert session.renderer.active.name == "normal"
+
+
+def test_two_pictures_get_the_same_number_of_samples(session):
+    for event in ({"type": "set", "name": "view", "value": "nodes"}, {"type": "split", "mode": "sides"}):
+        session.post(event)
+        settle(session)
+        chosen(session)
+    for _ in range(20):
+        watch(session)
+        session.step(0.0)
+    left, right = (one.renderer.samples for one in session.split.sides)
+    assert abs(left - right) <= 1 < left
+    session.post({"type": "split", "mode": "off"})
+    session.step(0.0)
+    assert session.split is None
 
 
 def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):

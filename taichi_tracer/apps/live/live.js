@@ -5,24 +5,28 @@
 const KEYS = { KeyW: "w", KeyA: "a", KeyS: "s", KeyD: "d", KeyQ: "q", KeyE: "e", KeyI: "i", KeyO: "o",
   ArrowLeft: "Left", ArrowRight: "Right", ArrowUp: "Up", ArrowDown: "Down" };
 const COLOURS = ["#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#17a2b8", "#a0664f", "#6b7f93"];
-const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift and drag: shift. Wheel: nearer, farther. "
-  + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera. "
-  + "z: zoom into the pixels; then dragging shifts the section. p: save the picture. c: copy the camera. m: hide or show the "
-  + "controls. h: hide or show this help.";
-
-const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "ground", "environment", "control"]);
+const HELP = [
+  ["drag", "orbit around the point looked at"],
+  ["right button, two fingers, wheel", "nearer, farther"], ["shift and drag", "shift the picture"],
+  ["w a s d q e", "move the eye"], ["arrow keys", "move the point looked at"], ["i o", "nearer, farther"],
+  ["r", "reset the camera"], ["z", "zoom into the pixels; dragging then shifts them; at 64× their numbers are shown"],
+  ["x", "explain a pixel: choose it in the picture"], ["f", "compare: left or right alone, and both again"],
+  ["p", "save the picture"], ["c", "copy the camera as options of the command line"],
+  ["m", "hide or show the panel"], ["?", "this help"],
+];
 const MOVES = 20; // milliseconds between two events of the pointer
-const POINTS = 120; // milliseconds for which the pointer rests before its pixel is asked for
-const ZOOMS = [0, 1, 2, 4, 8, 16]; // points of the page for a pixel; 0 fits the picture into the page
+const POINTS = 60; // milliseconds for which the pointer rests before its pixel is asked for
+const RESIZES = 250; // milliseconds after the last change of the window before the picture gets another size
+const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64], NUMBERS = 64; // 0 fits the picture; from NUMBERS on, pixels show their numbers
 const LEVELS = 64; // of the histogram
+const WORDS = [[2, "clean"], [6, "slightly grainy"], [20, "grainy"], [Infinity, "very grainy"]]; // up to so many per cent
 const ENDED = "The kernel has ended: run the cell again. This is its last picture.";
-const BUSY = "One moment: this has to be compiled first ...";
 
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
     if (key.startsWith("on")) element[key] = value;
-    else if (value !== null && value !== undefined) element.setAttribute(key, value);
+    else if (value !== null && value !== undefined && value !== false) element.setAttribute(key, value === true ? "" : value);
   }
   element.append(...children);
   return element;
@@ -30,14 +34,39 @@ function make(name, attributes = {}, ...children) {
 
 const button = (text, onclick, attributes = {}) => make("button", { type: "button", onclick, ...attributes }, text);
 const three = value => String(Number(Number(value).toPrecision(3)));
+const two = value => String(Number(Number(value).toPrecision(2)));
+const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+
+// A button that opens a box below it; Escape, or a click elsewhere, closes it.
+function menu(text, content, attributes = {}, atEnd = false) {
+  const box = make("div", { hidden: true, class: atEnd ? "tt-end" : null }, ...content);
+  const opener = button(text, () => open(box.hidden), { "aria-expanded": "false", ...attributes });
+  const open = isOpen => {
+    box.hidden = !isOpen;
+    opener.setAttribute("aria-expanded", String(isOpen));
+    if (isOpen) box.querySelector("input, button")?.focus();
+  };
+  const whole = make("div", { class: "tt-menu", onkeydown: event => {
+    if (event.key === "Escape") { open(false); opener.focus(); }
+  } }, opener, box);
+  const elsewhere = event => { if (!event.composedPath().includes(whole)) open(false); };
+  document.addEventListener("pointerdown", elsewhere);
+  return { whole, opener, box, close: () => open(false), end: () => document.removeEventListener("pointerdown", elsewhere) };
+}
 
 function render({ model, el }) {
-  const send = event => {
-    if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; cancel.hidden = false; }, 300);
-    flush();
-    model.send(event);
+  let state = {}, bitmap = null, frames = [], spokenAt = 0, shownAt = 0, last = Promise.resolve();
+  let isAsking = false, isCopying = false, pointer = null, pointTimer = 0, zoom = 0, border = 0.5, busySince = 0, strips = 0;
+  const shown = {}; // what each part of the page was made of, so that it is made again only when that changes
+  const isPage = Boolean(el.closest(".tt-page"));
+  const changed = (part, key) => {
+    if (shown[part] === key) return false;
+    shown[part] = key;
+    return true;
   };
-  // Movements of the pointer come faster than pictures: they are added up.
+
+  // ── events to the program ──
+
   let moved = null, moveTimer = 0;
   const flush = () => {
     clearTimeout(moveTimer);
@@ -45,67 +74,70 @@ function render({ model, el }) {
     if (moved) model.send(moved);
     moved = null;
   };
-  const move = event => {
+  const send = event => { flush(); model.send(event); };
+  const set = (name, value) => send({ type: "set", name, value });
+  const move = event => { // movements of the pointer come faster than pictures: they are added up
     if (moved && moved.type !== event.type) flush();
     if (!moved) moved = event;
     else for (const name of ["dx", "dy", "by"]) if (name in event) moved[name] += event[name];
     if (!moveTimer) moveTimer = setTimeout(flush, MOVES);
   };
+
+  // ── the parts of the page ──
+
   const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
-  const status = make("p", { class: "tt-status" });
-  const spoken = make("p", { class: "tt-spoken", role: "status" });
-  const divider = make("input", { type: "range", min: 0, max: 1, step: 0.005, value: 0.5, class: "tt-divider",
-    "aria-label": "how much of the left picture is shown", oninput: () => draw() });
-  const compare = make("div", { class: "tt-compare", role: "group", "aria-label": "two pictures" });
+  const mark = make("div", { class: "tt-mark", hidden: true }), values = make("div", { class: "tt-values" });
+  const divider = make("div", { class: "tt-divider", role: "slider", tabindex: 0, hidden: true, "aria-valuemin": 0,
+    "aria-valuemax": 100, "aria-label": "how much of the left picture is shown, in per cent", title: "drag the border; f shows one picture alone" });
+  const sides = [0, 1].map(k => make("span", { class: "tt-side", hidden: true, style: k ? "right: 8px" : "left: 8px" }));
+  const section = make("div", { class: "tt-section" }, canvas, values, mark, ...sides, divider);
+  const stage = make("div", { class: "tt-stage" }, section);
+  const bar = make("progress", { max: 1, "aria-label": "how much of the expected time is over" }), doing = make("span");
+  const strip = make("div", { class: "tt-strip", hidden: true }, doing, bar, button("Cancel", () => send({ type: "cancel" })));
   const scale = make("div", { class: "tt-scale" });
-  const views = make("div", { class: "tt-views" });
-  const settings = make("div", { class: "tt-settings" });
-  const chart = make("div", { class: "tt-chart" });
+  const panel = make("aside", { class: "tt-panel", "aria-label": "settings", tabindex: 0 });
   const told = make("div", { class: "tt-told" });
-  const message = make("p", { class: "tt-message", role: "alert" });
-  const cancel = button("Cancel", () => send({ type: "cancel" }), { hidden: "" });
-  const pointed = make("p", { class: "tt-pointed" });
-  const help = make("p", { class: "tt-help" }, HELP);
-  const histogram = make("details", { class: "tt-chart", ontoggle: () => showHistogram() }, make("summary", {}, "Histogram"), make("div"));
-  const zoom = make("select", { "aria-label": "zoom", onchange: () => setZoom(Number(zoom.value)) },
-    ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
-  const section = make("div", { class: "tt-section" }, canvas);
-  const place = make("form", { class: "tt-place", hidden: "", onsubmit: event => {
+  const place = make("form", { class: "tt-place", hidden: true, onsubmit: event => {
     event.preventDefault();
     const [column, row, sample] = [...place.elements].slice(0, 3).map(input => Number(input.value));
+    ask(false);
     send({ type: "explain", column, row, sample });
-  } }, ...["Column", "Row", "Sample"].map(name => make("label", {}, name,
-    make("input", { type: "number", min: 0, step: 1, value: 0, required: "" }))), make("button", {}, "Explain"));
-  const explain = button("Explain a pixel", () => {
-    isAsking = !isAsking;
-    explain.setAttribute("aria-pressed", String(isAsking));
-    canvas.classList.toggle("tt-asking", isAsking);
-    place.hidden = !isAsking;
-  }, { "aria-pressed": "false" });
-  const buttons = make("div", { class: "tt-buttons" }, explain,
-    button("Reset camera", () => send({ type: "reset" })), make("label", {}, "Zoom ", zoom), button("The same again", () => send({ type: "same" })),
-    ...["png", "exr"].map(kind => button(`Save ${kind.toUpperCase()}`, () => send({ type: "save", kind }))));
+  } }, make("p", {}, "Choose a pixel in the picture, or by its numbers:"), ...["column", "row", "sample"].map(name => make("label", {}, name,
+    make("input", { type: "number", min: 0, step: 1, value: 0, required: true }))), make("button", {}, "Explain"));
+  const help = make("div", { class: "tt-help", hidden: true }, make("table", {}, ...HELP.map(([keys, what]) =>
+    make("tr", {}, make("td", {}, ...keys.split(", ").flatMap((key, k) => [...(k ? [", "] : []), make("kbd", {}, key)])), make("td", {}, what)))));
+  const drawer = make("aside", { class: "tt-drawer", hidden: true, "aria-label": "answers", tabindex: 0 },
+    make("header", {}, make("strong", {}, ""), button("Close", () => { closeDrawer(); canvas.focus(); })), help, place, told);
+  const status = make("p", { class: "tt-numbers" }), pointed = make("p", { class: "tt-pointed" });
+  const message = make("p", { class: "tt-message", role: "alert" }), spoken = make("p", { class: "tt-spoken", role: "status" });
+  const pace = make("p");
+  const zooms = make("select", { "aria-label": "zoom", title: "zoom into the pixels (z)", onchange: () => setZoom(Number(zooms.value)) },
+    ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
+  const heading = make("h1");
+  const search = make("input", { type: "search", "aria-label": "search", placeholder: "search", oninput: () => filter() });
+  const list = make("div");
+  const views = menu("view", [search, list], { title: "what is shown" });
+  const compare = make("div", { class: "tt-group", role: "group", "aria-label": "compare two pictures" });
+  const compareMore = make("div", { class: "tt-group", role: "group", "aria-label": "what is compared" });
+  const explain = button("Explain a pixel", () => ask(!isAsking), { "aria-pressed": "false", title: "every number on the way to a pixel (x)" });
+  const saves = menu("Save", [
+    ...["png", "exr"].map(kind => button(`${kind.toUpperCase()} file`, () => { saves.close(); send({ type: "save", kind }); })),
+    button("The same again, as command and Python", () => { saves.close(); send({ type: "same" }); })], { title: "save the picture (p)" }, true);
+  const skip = make("a", { class: "tt-skip", href: "#", onclick: event => { event.preventDefault(); canvas.focus(); } }, "Skip to the picture");
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
-  const heading = make("h1", { class: "tt-heading" }), skip = make("a", { class: "tt-skip", href: "#", onclick: event => {
-    event.preventDefault();
-    canvas.focus();
-  } }, "Skip to the picture");
-  el.replaceChildren(skip, heading,
-    make("div", { class: "tt-left" }, views),
-    make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, section, divider), scale, status, pointed, message, cancel,
-      compare, buttons, place, told, help, spoken),
-    make("div", { class: "tt-right" }, settings, chart, histogram));
+  el.replaceChildren(skip,
+    make("header", { class: "tt-bar" }, heading, views.whole, compare, compareMore, make("span", { class: "tt-gap" }), explain,
+      button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves.whole,
+      button("Panel", () => el.classList.toggle("tt-alone"), { title: "hide or show the panel (m)" }),
+      button("?", () => showHelp(), { "aria-label": "help", title: "keys and mouse (?)" })),
+    make("div", { class: "tt-main" }, stage, strip, scale, panel, drawer),
+    make("footer", { class: "tt-status" }, status, pointed, message, pace, zooms), spoken);
   const context = canvas.getContext("2d", { alpha: false });
-  let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, busy = 0, last = Promise.resolve();
-  let [shownViews, shownSettings, shownCurves, shownTold, shownSplit] = ["", "", "", "", ""];
-  let pointer = null, pointTimer = 0, isCopying = false;
-  let exposureBefore = null; // while the exposure that fits is awaited
 
   // ── frames ──
 
   async function onMessage(next, bytes) {
-    if ("offered" in next || next.lost || next.file) { clearTimeout(busy); cancel.hidden = true; }
     if (next.file) { keep(next.file, bytes); return; }
     if (bytes && bytes.byteLength) {
       const decoded = await createImageBitmap(new Blob([bytes], { type: `image/${next.kind}` }));
@@ -114,9 +146,15 @@ function render({ model, el }) {
     }
     if (next.id) send({ type: "ack", id: next.id });
     state = { ...state, ...next };
-    if (!bitmap || !state.offered) { message.textContent = state.lost ?? ""; return; }
+    if ("busy" in next) busySince = next.busy ? performance.now() - 1000 * next.busy.since : 0;
+    showStrip();
+    const isLost = Boolean(state.lost);
+    el.classList.toggle("tt-lost", isLost);
+    for (const part of [el.querySelector(".tt-bar"), panel]) part.inert = isLost;
+    if (!bitmap || !state.offered) { setText(message, state.lost ?? ""); return; }
+    if (changed("size", `${state.width} ${state.height} ${state.follows}`)) fit();
     draw();
-    Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples });
+    Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples, view: state.view });
     if (bytes && bytes.byteLength) {
       const now = performance.now();
       frames = [...frames.filter(time => now - time < 1000), now];
@@ -128,16 +166,39 @@ function render({ model, el }) {
   function draw() {
     if (!bitmap || !state.width) return;
     const { width, height } = state, isDouble = state.split?.mode === "sides", from = bitmap.width / (isDouble ? 2 : 1);
-    if (canvas.width !== width || canvas.height !== height) {
-      [canvas.width, canvas.height] = [width, height];
-      el.style.setProperty("--aspect", width / height);
-    }
-    context.imageSmoothingEnabled = false;
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.imageSmoothingEnabled = bitmap.width < width && !zoom;
     if (!isDouble) { context.drawImage(bitmap, 0, 0, width, height); return; }
-    const cut = Math.round(divider.value * width), share = from / width;
+    const cut = Math.round(border * width), share = from / width;
     if (cut > 0) context.drawImage(bitmap, 0, 0, cut * share, bitmap.height, 0, 0, cut, height);
     if (cut < width) context.drawImage(bitmap, from + cut * share, 0, from - cut * share, bitmap.height, cut, 0, width - cut, height);
-    if (cut > 0 && cut < width) { context.fillStyle = "#fff"; context.fillRect(cut - 1, 0, 2, height); }
+  }
+
+  // The picture has the pixels of the stage, or is enlarged by a whole number, or made smaller; zoomed, it scrolls.
+  function fit() {
+    const { width, height } = state, ratio = isPage ? devicePixelRatio || 1 : 1;
+    if (!width) return;
+    const room = stage.getBoundingClientRect(), most = Math.min(room.width * ratio / width, isPage ? room.height * ratio / height : 1);
+    const factor = zoom ? zoom * ratio : state.follows || most < 1 ? most : Math.floor(most);
+    [canvas.style.width, canvas.style.height] = [`${width * factor / ratio}px`, `${height * factor / ratio}px`];
+    canvas.style.imageRendering = factor > 1 && (zoom || !state.follows) ? "pixelated" : "auto";
+    placeParts();
+  }
+
+  function placeParts() {
+    const isDouble = state.split?.mode === "sides";
+    divider.hidden = !isDouble;
+    divider.style.left = `${100 * border}%`;
+    divider.setAttribute("aria-valuenow", Math.round(100 * border));
+    sides.forEach((side, k) => {
+      side.hidden = !isDouble || (k ? border > 0.97 : border < 0.03);
+      if (isDouble) setText(side, `${state.sides[k].view} · ${numbersOf(state.sides[k]).short}`);
+    });
+    const at = state.explained;
+    mark.hidden = !at;
+    if (!at) return;
+    const [w, h] = [state.width, state.height];
+    Object.assign(mark.style, { left: `${100 * (at[0] + 0.5) / w}%`, top: `${100 * (at[1] + 0.5) / h}%`, width: `${100 / w}%`, height: `${100 / h}%` });
   }
 
   function keep(name, bytes) {
@@ -149,40 +210,65 @@ function render({ model, el }) {
 
   function say(text) { spoken.textContent = text; spokenAt = performance.now(); }
 
-  const describe = ({ view, samples, error }) => `${view}: ${samples} ${samples === 1 ? "sample" : "samples"} per pixel`
-    + (error ? `, error ${error}` : "");
+  // ── the line below the picture ──
+
+  function numbersOf({ samples, error, is_random: isRandom, seconds }) {
+    if (!isRandom) return { short: "", long: "", title: "" };
+    const count = `${samples} ${samples === 1 ? "sample" : "samples"}`;
+    if (!error || error.rmse === null) return { word: "", short: count, long: `${count} · measuring…`, title: "the error is not known yet" };
+    const half = error.low === null ? "" : ` ± ${two((error.high - error.low) / 2)}`;
+    const word = error.typical === null ? "" : WORDS.find(([most]) => error.typical <= most)[1];
+    const typical = error.typical === null ? "" : ` · typical pixel ${two(error.typical)} %`;
+    return { word, short: `${count} · ${three(seconds)} s · RMSE ${two(error.rmse)} %`, long: `${count} · RMSE ${two(error.rmse)} %${half}${typical}`,
+      title: `RMSE, relative to the picture's mean: ${error.text}. A typical pixel: half of the picture has a smaller standard error.` };
+  }
 
   function show(isAll) {
     const now = performance.now();
     if (!isAll && state.kind === "jpeg" && now - shownAt < 200) return; // nobody reads numbers that change faster
     shownAt = now;
-    const sides = state.split ? state.sides.map((side, k) => `${k ? "right" : "left"} ${describe(side)}`) : [describe(state)];
-    status.textContent = sides.join("; ") + (frames.length > 2 ? `, ${frames.length} frames/s` : "");
-    const text = state.lost || state.message;
-    if (message.textContent !== text) message.textContent = text;
-    showScale(); showPointed(); showHistogram();
+    const { word, long, title } = numbersOf(state), name = state.split ? `${["left", "right"][state.split.side]}: ${state.view}` : state.view;
+    const key = `${word} ${name} ${long}`;
+    if (changed("status", key)) {
+      status.replaceChildren(...(word ? [make("b", {}, word), " · "] : []), `${state.what === state.view ? "" : `${state.what} `}${name}${long ? ` · ${long}` : ""}`);
+      status.title = title;
+    }
+    setText(pace, frames.length > 2 ? `${frames.length} frames/s` : "");
+    setText(message, state.lost || state.message || "");
+    showScale(); showPointed(); showHistogram(); showValues(); placeParts();
     if (!isAll) return;
-    if (performance.now() - spokenAt > 10000 || !spoken.textContent.startsWith(state.view)) say(sides.join("; "));
-    showViews(); showSettings(); showChart(); showSplit();
-    if (shownTold === state.explanation) return;
-    told.innerHTML = shownTold = state.explanation;
-    const copy = async text => { await navigator.clipboard.writeText(text); say("It is copied."); };
-    for (const text of told.querySelectorAll("pre")) text.after(button("Copy", () => copy(text.textContent)));
-    if (shownTold) told.prepend(button("Close", () => { send({ type: "close" }); canvas.focus(); }, { class: "tt-close" }));
-    if (isCopying) copy(told.querySelector("pre").textContent).catch(() => {}); // a browser may forbid it: the button is there
-    isCopying = false;
+    if (now - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
+    setText(heading, state.scene);
+    showViews(); showPanel(); showChart(); showSplit(); showAnswer();
   }
 
-  // ── the pixel under the pointer, and the section that is shown ──
+  function showStrip() {
+    const { busy } = state, isBusy = Boolean(busy) && !state.lost;
+    strip.hidden = !isBusy;
+    clearTimeout(strips);
+    if (!isBusy) return;
+    const seconds = (performance.now() - busySince) / 1000;
+    setText(doing, `${busy.text}, ` + (seconds < busy.about ? `about ${Math.max(1, Math.round(busy.about))} s` : `${Math.round(seconds)} s so far`));
+    bar.value = Math.min(0.95, seconds / busy.about);
+    strips = setTimeout(showStrip, 200);
+  }
+
+  function showScale() {
+    const { scale: map } = state;
+    if (!changed("scale", map ? `${map.low} ${map.high} ${map.text}` : "")) return;
+    scale.replaceChildren(...(map ? [make("span", {}, map.low), make("i"), make("span", {}, `${map.high} ${map.text}`)] : []));
+  }
+
+  // ── the pixel under the pointer, zoom, and the numbers of pixels ──
 
   function showPointed() {
-    const { pointed: told } = state, isHere = pointer && told?.column === pointer[0] && told.row === pointer[1];
-    const side = state.split?.mode === "sides" && pointer?.[0] >= divider.value * state.width ? 1 : 0;
-    const values = state.split?.mode === "difference" ? `left ${told?.values[0]}, right ${told?.values[1]}` : told?.values[side];
-    const text = !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${values}; sees ${told.place}` : "");
-    if (pointed.textContent !== text) pointed.textContent = text;
+    const { pointed: found } = state, isHere = pointer && found?.column === pointer[0] && found.row === pointer[1];
+    const side = state.split?.mode === "sides" && pointer?.[0] >= border * state.width ? 1 : 0;
+    const numbers = state.split?.mode === "difference" ? `left ${found?.values[0]}, right ${found?.values[1]}` : found?.values[side];
+    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${numbers}; sees ${found.place}` : ""));
   }
 
+  const box = () => canvas.getBoundingClientRect();
   const pixelAt = event => {
     const { left, top, width, height } = box(), inside = (share, size) => Math.max(0, Math.min(size - 1, Math.floor(share * size)));
     return [inside((event.clientX - left) / width, canvas.width), inside((event.clientY - top) / height, canvas.height)];
@@ -198,21 +284,45 @@ function render({ model, el }) {
 
   // The pixel that was under the pointer, or in the middle, stays where it is.
   function setZoom(value) {
-    const frame = section.getBoundingClientRect(), before = box();
-    const x = pointer ? pointer[0] / canvas.width : 0.5, y = pointer ? pointer[1] / canvas.height : 0.5;
+    const frame = stage.getBoundingClientRect(), before = box();
+    const x = pointer ? (pointer[0] + 0.5) / canvas.width : 0.5, y = pointer ? (pointer[1] + 0.5) / canvas.height : 0.5;
     const [left, top] = [before.left + x * before.width - frame.left, before.top + y * before.height - frame.top];
-    zoom.value = value;
-    section.classList.toggle("tt-zoomed", value > 0);
-    canvas.style.width = value ? `${value * canvas.width}px` : "";
-    [section.scrollLeft, section.scrollTop] = [x * canvas.offsetWidth - left, y * canvas.offsetHeight - top];
+    zoom = value;
+    zooms.value = value;
+    fit();
+    draw();
+    [stage.scrollLeft, stage.scrollTop] = [x * canvas.offsetWidth - left, y * canvas.offsetHeight - top];
+    look();
+  }
+
+  function look() { // asks for the numbers of the pixels that are in sight
+    if (zoom < NUMBERS) { if (shown.look) send({ type: "look", column: 0, row: 0, columns: 0, rows: 0 }); shown.look = ""; values.replaceChildren(); return; }
+    const [column, row] = [stage.scrollLeft, stage.scrollTop].map(edge => Math.floor(edge / zoom));
+    const [columns, rows] = [stage.clientWidth, stage.clientHeight].map(side => Math.ceil(side / zoom) + 1);
+    if (changed("look", `${column} ${row} ${columns} ${rows} ${state.id}`)) send({ type: "look", column, row, columns, rows });
+  }
+  let lookTimer = 0;
+  stage.onscroll = () => { clearTimeout(lookTimer); lookTimer = setTimeout(look, 120); };
+
+  function showValues() {
+    const { values: found } = state;
+    if (!changed("values", found && zoom >= NUMBERS ? `${zoom} ${JSON.stringify(found)}` : "")) return;
+    const spans = [];
+    if (found && zoom >= NUMBERS) for (let k = 0; k < found.values.length / 3; k++) {
+      const [x, y] = [found.column + k % found.columns, found.row + Math.floor(k / found.columns)];
+      spans.push(make("span", { style: `left: ${x * zoom}px; top: ${y * zoom + zoom / 2 - 15}px; width: ${zoom}px` },
+        found.values.slice(3 * k, 3 * k + 3).map(v => v === null ? "nan" : two(v)).join("\n")));
+    }
+    values.replaceChildren(...spans);
   }
 
   // ── how often each level of red, green and blue occurs in the bytes that are shown ──
 
+  const histogram = make("details", { ontoggle: () => showHistogram() }, make("summary", {}, "histogram"), make("div"));
+  const chart = make("div"), statistics = make("details", { open: true }, make("summary", {}, "error against seconds"), chart);
+
   function showHistogram() {
-    if (!histogram.open || !bitmap || (state.kind === "jpeg" && histogram.dataset.of)) return;
-    if (histogram.dataset.of === `${state.id}`) return;
-    histogram.dataset.of = state.id;
+    if (!histogram.open || !bitmap || (state.kind === "jpeg" && shown.histogram) || !changed("histogram", state.id)) return;
     const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
     copy.drawImage(canvas, 0, 0);
     const { data } = copy.getImageData(0, 0, canvas.width, canvas.height), counts = [0, 1, 2].map(() => new Array(LEVELS).fill(0));
@@ -233,101 +343,140 @@ function render({ model, el }) {
   // ── two pictures ──
 
   function showSplit() {
-    const { split } = state, key = JSON.stringify([split, state.sides.map(side => side.view)]);
-    divider.hidden = split?.mode !== "sides";
-    if (key === shownSplit) return;
-    const focused = compare.contains(document.activeElement) ? document.activeElement.textContent : null;
-    shownSplit = key;
-    const choose = (text, event, isOn) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)) });
+    const { split } = state;
+    if (!changed("split", JSON.stringify([split, state.sides.map(side => side.view)]))) return;
+    const focused = [compare, compareMore].some(part => part.contains(document.activeElement)) ? document.activeElement.textContent : null;
+    const choose = (text, event, isOn, title) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)), title });
     const modes = [["One picture", "off"], ["Compare two", "sides"], ["Difference", "difference"]];
     compare.replaceChildren(...modes.map(([text, mode]) => choose(text, { type: "split", mode }, (split?.mode ?? "off") === mode)));
-    if (split) compare.append(make("span", {}, " Change: "), ...["left", "right"].map((side, number) =>
-      choose(`${side}: ${state.sides[number].view}`, { type: "side", number }, split.side === number)));
-    if (focused) [...compare.querySelectorAll("button")].find(one => one.textContent === focused)?.focus();
+    compareMore.hidden = !split;
+    if (split) compareMore.replaceChildren(...["left", "right"].map((side, number) =>
+      choose(side, { type: "side", number }, split.side === number, `the settings change the ${side} picture`)),
+    make("select", { "aria-label": "what both pictures have the same number of", title: "both pictures get the same number of these",
+      onchange: event => send({ type: "equal", by: event.target.value }) },
+    ...["samples", "seconds"].map(by => make("option", { value: by, selected: by === split.equal }, `equal ${by}`))));
+    if (focused) [...el.querySelectorAll(".tt-group button")].find(one => one.textContent === focused)?.focus();
+    fit();
     draw();
   }
 
-  function showScale() {
-    const { scale: map } = state, key = map ? `${map.low} ${map.high} ${map.text}` : "";
-    if (scale.dataset.key === key) return;
-    scale.dataset.key = key;
-    scale.replaceChildren(...(map ? [make("span", {}, map.low), make("i"), make("span", {}, map.high), make("span", {}, ` ${map.text}`)] : []));
-  }
+  function setBorder(value) { border = Math.max(0, Math.min(1, value)); placeParts(); draw(); }
+  divider.onpointerdown = event => { divider.setPointerCapture(event.pointerId); event.stopPropagation(); };
+  divider.onpointermove = event => {
+    const { left, width } = box();
+    if (divider.hasPointerCapture(event.pointerId)) setBorder((event.clientX - left) / width);
+  };
+  divider.onkeydown = event => {
+    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
+    if (step) { event.preventDefault(); setBorder(border + step); }
+  };
 
   // ── what can be chosen ──
 
   function showViews() {
-    const key = JSON.stringify([state.offered, state.what, state.view]);
-    if (key === shownViews) return;
-    const focused = views.contains(document.activeElement) ? document.activeElement.dataset.name : null;
-    shownViews = key;
-    views.replaceChildren(...state.offered.map(({ what, names }) => make("fieldset", {},
-      make("legend", {}, `${what}s`),
-      ...names.map(([name, label]) => make("button", { type: "button", "data-name": `${what} ${name}`,
-        "aria-pressed": String(what === state.what && name === state.view),
-        onclick: () => send({ type: "use", what, name }) }, label)))));
-    if (focused) views.querySelector(`[data-name="${CSS.escape(focused)}"]`)?.focus();
+    setText(views.opener, `${state.view} ▾`);
+    if (!changed("views", JSON.stringify([state.offered, state.what, state.view]))) return;
+    list.replaceChildren(...state.offered.map(({ what, names }) => make("fieldset", {}, make("legend", {}, `${what}s`),
+      ...names.map(([name, label]) => button(name, () => { views.close(); set("view", name); },
+        { title: label, "aria-current": String(what === state.what && name === state.view) })))));
+    filter();
   }
 
-  function choice(label, value, names, type) {
-    return make("label", {}, label, make("select", { "data-name": type, onchange: e => send({ type, name: e.target.value }) },
-      ...names.map(name => make("option", { value: name, ...(name === value ? { selected: "" } : {}) }, name.split("/").pop()))));
+  function filter() {
+    const wanted = search.value.trim().toLowerCase();
+    for (const group of list.children) {
+      const found = [...group.querySelectorAll("button")].filter(one => {
+        one.hidden = !`${one.textContent} ${one.title}`.toLowerCase().includes(wanted);
+        return !one.hidden;
+      });
+      group.hidden = !found.length;
+    }
   }
 
-  function slider(label, value, low, high, step, onchange) {
-    const shown = make("span", {}, three(value));
-    const input = make("input", { type: "range", min: low, max: high, step, value, "data-name": label, oninput: e => {
-      shown.textContent = three(e.target.value);
-      onchange(Number(e.target.value));
-    } });
-    return make("label", {}, `${label} `, shown, input);
+  function control({ name, label, help: title, kind, value, names, low, high, step }) {
+    if (kind === "switch") return make("label", { class: "tt-switch", title }, make("input", { type: "checkbox", checked: value, "data-name": name,
+      onchange: event => set(name, event.target.checked) }), label);
+    if (kind === "names") return make("label", { title }, label, make("select", { "data-name": name, onchange: event => set(name, event.target.value) },
+      ...names.map(one => make("option", { value: one, selected: one === value }, one.split("/").pop()))));
+    const number = make("output", {}, three(value));
+    return make("label", { title }, `${label} `, number, make("input", { type: "range", min: low, max: high, step, value, "data-name": name, oninput: event => {
+      number.textContent = three(event.target.value);
+      set(name, Number(event.target.value));
+    } }));
   }
 
-  function showSettings() {
-    const { controls, exposure, tone, fov, white } = state;
-    heading.textContent = state.scene;
-    if (exposureBefore !== null && exposure !== exposureBefore) [exposureBefore, shownSettings] = [null, ""]; // the slider moves
-    const key = JSON.stringify([state.environment, state.triangle_test, state.lamp_choice, state.lamp_choices, state.ground, controls.map(
-      c => c.kind === "slider" ? c.name : c), exposure === null, tone, fov === null, white === null]);
-    if (key === shownSettings) return;
-    const active = document.activeElement;
-    if (settings.contains(active) && active.type === "range" && active.matches(":active")) return; // it is being dragged
-    shownSettings = key;
-    const parts = [choice("Environment", state.environment, state.environments, "environment")];
-    if (state.triangle_tests.length > 1) parts.push(choice("Triangle test", state.triangle_test, state.triangle_tests, "triangle_test"));
-    if (state.lamp_choices.length > 1) parts.push(choice("Choice of lamps", state.lamp_choice, state.lamp_choices, "lamp_choice"));
-    parts.push(choice("Ground", state.ground, state.grounds, "ground"));
-    for (const c of controls) {
-      const change = value => send({ type: "control", name: c.name, value });
-      if (c.kind === "slider") parts.push(slider(c.label, c.value, c.low, c.high, c.step, change));
-      else if (c.kind === "name") parts.push(make("label", {}, c.label, make("select", { onchange: e => change(e.target.value) },
-        ...c.names.map(name => make("option", { value: name, ...(name === c.value ? { selected: "" } : {}) }, name)))));
-      else {
-        const names = ["all", ...Array.from({ length: c.most + 1 }, (_, k) => String(k))];
-        const value = c.value === null ? "all" : String(c.value[0]);
-        parts.push(make("label", {}, "Light after bounces", make("select", { onchange: e => change(
-          e.target.value === "all" ? null : [Number(e.target.value), Number(e.target.value)]) },
-        ...names.map(name => make("option", { value: name, ...(name === value ? { selected: "" } : {}) }, name)))));
+  const SECTIONS = ["estimator", "light", "camera", "display", "scene"];
+  function showPanel() {
+    const sliders = [...panel.querySelectorAll("input[type=range]")], active = document.activeElement;
+    const key = JSON.stringify(state.controls.map(one => one.kind === "slider" ? [one.name, one.low, one.high] : one));
+    if (shown.panel === key) { // only numbers are new: a slider that is not dragged takes them
+      for (const { name, value } of state.controls) {
+        const slider = sliders.find(one => one.dataset.name === name && one !== active);
+        if (slider && Number(slider.value) !== value) { slider.value = value; slider.previousElementSibling.textContent = three(value); }
       }
+      return;
     }
-    if (exposure !== null) {
-      parts.push(slider("Exposure", exposure, -10, 10, 0.125, value => send({ type: "exposure", value })));
-      parts.push(make("button", { onclick: () => { exposureBefore = exposure; send({ type: "expose" }); } }, "Expose to fit"));
-      parts.push(choice("Tone curve", tone, state.tones, "tone"));
-    }
-    if (fov !== null) parts.push(slider("Field of view", fov, 5, 150, 0.5, value => send({ type: "fov", value })));
-    if (white !== null) parts.push(slider("White at", white, white / 10, white * 4, white / 50, value => send({ type: "white", value })));
-    settings.replaceChildren(...parts);
+    if (panel.contains(active) && active.type === "range" && active.matches(":active")) return; // it is being dragged
+    shown.panel = key;
+    const focused = panel.contains(active) ? active.dataset.name : null;
+    const isOpen = name => panel.querySelector(`details[data-section=${name}]`)?.open ?? name !== "scene";
+    const parts = SECTIONS.map(name => [name, state.controls.filter(one => one.section === name).map(control)]).filter(([, found]) => found.length);
+    const fitting = button("Expose to fit", () => send({ type: "expose" }), { title: "the exposure that shows the picture well" });
+    panel.replaceChildren(...parts.map(([name, found]) => make("details", { open: isOpen(name), "data-section": name }, make("summary", {}, name), ...found,
+      ...(name === "display" && state.controls.some(one => one.name === "exposure") ? [fitting] : []))), statistics, histogram);
+    if (focused) panel.querySelector(`[data-name=${focused}]`)?.focus();
+  }
+
+  // ── the drawer: explanations, and help ──
+
+  const title = drawer.querySelector("strong");
+  function ask(isOn) {
+    isAsking = isOn;
+    explain.setAttribute("aria-pressed", String(isAsking));
+    canvas.classList.toggle("tt-asking", isAsking);
+    place.hidden = !isAsking;
+    help.hidden = true;
+    if (isAsking) setText(title, "Explain a pixel");
+    drawer.hidden = !(isAsking || state.explanation);
+  }
+
+  function showHelp() {
+    help.hidden = !help.hidden;
+    setText(title, "Keys and mouse");
+    drawer.hidden = help.hidden && !state.explanation;
+    told.hidden = !help.hidden;
+  }
+
+  function closeDrawer() {
+    ask(false);
+    help.hidden = true;
+    drawer.hidden = true;
+    if (state.explanation) send({ type: "close" });
+  }
+
+  function showAnswer() {
+    if (!changed("answer", state.explanation)) return;
+    told.innerHTML = state.explanation;
+    told.hidden = false;
+    help.hidden = true;
+    drawer.hidden = !state.explanation;
+    if (!state.explanation) return;
+    drawer.scrollTop = 0;
+    setText(title, state.explained ? `Column ${state.explained[0]}, row ${state.explained[1]}` : "The same again");
+    const copy = async text => { await navigator.clipboard.writeText(text); say("It is copied."); };
+    for (const text of told.querySelectorAll("pre")) text.after(button("Copy", () => copy(text.textContent)));
+    if (isCopying) copy(told.querySelector("pre").textContent).catch(() => {}); // a browser may forbid it: the button is there
+    isCopying = false;
+    drawer.focus();
   }
 
   // ── the error against seconds ──
 
   function showChart() {
-    const key = JSON.stringify(state.curves);
-    if (key === shownCurves) return;
-    shownCurves = key;
+    if (!changed("chart", JSON.stringify(state.curves))) return;
     const curves = Object.entries(state.curves).filter(([, points]) => points.length > 1);
-    if (!curves.length) { chart.replaceChildren(); return; }
+    statistics.hidden = !curves.length;
+    if (!curves.length) return;
     const all = curves.flatMap(([, points]) => points).filter(([s, e]) => s > 0 && e > 0);
     const [w, h, left, bottom] = [280, 190, 44, 40];
     const range = values => { const [a, b] = [Math.min(...values), Math.max(...values)]; return [Math.log(a / 1.2), Math.log(b * 1.2)]; };
@@ -345,23 +494,24 @@ function render({ model, el }) {
       for (const step of high - low > 2 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8]) { const v = step * 10 ** k; if (Math.log(v) >= low && Math.log(v) <= high) found.push(v); } return found; };
     const down = ticks(y0, y1).map(v => `<line x1="${left}" x2="${w}" y1="${y(v)}" y2="${y(v)}" class="tt-grid"/>`
       + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${Number((100 * v).toPrecision(2))} %</text>`);
-    let last = -99;
-    const across = ticks(x0, x1).filter(v => { if (x(v) - last < 34) return false; last = x(v); return true; })
+    let end = -99;
+    const across = ticks(x0, x1).filter(v => { if (x(v) - end < 34) return false; end = x(v); return true; })
       .map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${Number(v.toPrecision(2))}</text>`);
     const axes = `<path d="M${left} 4V${h - bottom}H${w}" fill="none" stroke="currentColor"/><text x="${(left + w) / 2}" y="${h - 6}" `
-      + `text-anchor="middle">seconds of rendering</text><text x="4" y="${h - 6}">error</text>`;
+      + `text-anchor="middle">seconds of rendering</text><text x="4" y="${h - 6}">RMSE</text>`;
     chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${axes}${lines.join("")}</svg>`;
   }
 
   // ── keys, pointer, wheel ──
 
-  const box = () => canvas.getBoundingClientRect();
   const PRESSED = { KeyR: () => send({ type: "reset" }), KeyP: () => send({ type: "save", kind: "png" }),
-    KeyC: () => { isCopying = true; send({ type: "camera" }); }, KeyH: () => { help.hidden = !help.hidden; },
-    KeyM: () => el.classList.toggle("tt-alone"),
-    KeyZ: () => setZoom(ZOOMS[(ZOOMS.indexOf(Number(zoom.value)) + 1) % ZOOMS.length]) };
+    KeyC: () => { isCopying = true; send({ type: "camera" }); }, KeyX: () => ask(!isAsking), KeyM: () => el.classList.toggle("tt-alone"),
+    KeyF: () => setBorder(border === 1 ? 0 : border === 0 ? 0.5 : 1),
+    KeyZ: () => setZoom(ZOOMS[(ZOOMS.indexOf(zoom) + 1) % ZOOMS.length]) };
   canvas.onkeydown = event => {
+    if (event.key === "?") showHelp();
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "Escape") closeDrawer();
     if (event.code in PRESSED && !event.repeat) PRESSED[event.code]();
     const key = KEYS[event.code];
     if (!key) return;
@@ -386,8 +536,8 @@ function render({ model, el }) {
   canvas.onpointermove = event => {
     const before = pointers.get(event.pointerId);
     if (!before) { pointAt(event); return; }
-    if (Number(zoom.value)) {
-      section.scrollBy(before.x - event.clientX, before.y - event.clientY);
+    if (zoom) {
+      stage.scrollBy(before.x - event.clientX, before.y - event.clientY);
       pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
       return;
     }
@@ -403,23 +553,43 @@ function render({ model, el }) {
   canvas.onpointerleave = () => pointAt(null);
   canvas.oncontextmenu = event => event.preventDefault();
   canvas.addEventListener("wheel", event => {
-    if (Number(zoom.value)) return; // it shifts the section
+    if (zoom) return; // it shifts the section
     event.preventDefault();
     const by = -Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 200) / 2000;
     if (by) move({ type: "zoom", by });
   }, { passive: false });
 
+  // ── the size of the page, and the program ──
+
+  let sizeTimer = 0;
+  const askSize = () => {
+    const { width, height } = stage.getBoundingClientRect(), ratio = devicePixelRatio || 1;
+    if (isPage && state.follows && width > 16 && height > 16)
+      send({ type: "size", width: Math.round(width * ratio), height: Math.round(height * ratio) });
+  };
+  const observer = new ResizeObserver(() => { fit(); clearTimeout(sizeTimer); sizeTimer = setTimeout(askSize, RESIZES); });
+  observer.observe(stage);
   const listener = (next, bytes) => { // one after the other: a picture that is decoded quickly must not overtake an older one
-    last = last.then(() => onMessage(next, Array.isArray(bytes) ? bytes[0] : bytes)).catch(error => console.error(error));
+    const isFirst = !state.offered;
+    last = last.then(() => onMessage(next, Array.isArray(bytes) ? bytes[0] : bytes)).then(() => { if (isFirst && state.offered) askSize(); })
+      .catch(error => console.error(error));
     return last;
   };
   model.on("msg:custom", listener);
-  const ended = () => { message.textContent = ENDED; cancel.hidden = true; clearTimeout(busy); };
+  const ended = () => { state.lost = ENDED; strip.hidden = true; setText(message, ENDED); el.classList.add("tt-lost"); };
   for (const name of ["comm:close", "comm_live_update"]) model.on(name, ended); // of notebooks
   send({ type: "ack", id: 0 });
   // Who watches says so now and then; a view that is closed or hidden is not rendered for long.
   const watching = setInterval(() => { if (!document.hidden && canvas.isConnected) send({ type: "ack", id: state.id ?? 0 }); }, 4000);
-  return () => { clearInterval(watching); model.off("msg:custom", listener); clearTimeout(pointTimer); bitmap?.close(); send({ type: "blur" }); };
+  return () => {
+    clearInterval(watching);
+    observer.disconnect();
+    views.end(); saves.end();
+    model.off("msg:custom", listener);
+    for (const timer of [pointTimer, sizeTimer, lookTimer, strips]) clearTimeout(timer);
+    bitmap?.close();
+    send({ type: "blur" });
+  };
 }
 
 export default { render };

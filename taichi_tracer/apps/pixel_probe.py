@@ -8,15 +8,16 @@ import numpy as np
 from taichi_tracer.progressive import ProgressiveRenderer
 
 DIGITS = 4
+MOST_VALUES = 4096  # pixels whose numbers are shown at once
 
 
 def numbers_of(values: np.ndarray) -> str:
     """Numbers in words: "0.52, 0.41, 0.3"; one number where all are the same."""
-    told = [f"{value:.{DIGITS}g}" for value in values]
-    return told[0] if len(set(told)) == 1 else ", ".join(told)
+    texts = [f"{value:.{DIGITS}g}" for value in values]
+    return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 
-class Pointed:
+class PixelProbe:
     """A pixel that somebody points at.
 
     Args:
@@ -29,7 +30,7 @@ class Pointed:
         self._place_of: tuple = ()
         self._place = ""
 
-    def told(self, renderers: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
+    def numbers(self, renderers: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
         """The pixel, its linear numbers in each picture that is shown, and what it sees, for a page."""
         values = [numbers_of(one.image()[self.row, self.column]) for one in renderers]
         return {"column": self.column, "row": self.row, "values": values, "place": self.place(renderers[0])}
@@ -49,3 +50,13 @@ def place_of(hit: Any, scene: Any) -> str:
     material = scene.mesh.materials[hit.material_id].name
     position = ", ".join(f"{x:.{DIGITS}g}" for x in hit.position)
     return f"({position}), {hit.distance:.{DIGITS}g} away: {material}, primitive {hit.triangle_id}"
+
+
+def linear_values(renderer: ProgressiveRenderer, region: dict[str, int]) -> dict[str, Any] | None:
+    """The numbers of a region of pixels, row by row: red, green and blue of each, with three digits."""
+    column, row = region["column"], region["row"]
+    part = renderer.image()[row : row + region["rows"], column : column + region["columns"]]
+    if part.size == 0 or part.size > 3 * MOST_VALUES:
+        return None
+    values = [float(f"{value:.3g}") if np.isfinite(value) else None for value in part.reshape(-1).tolist()]
+    return {"column": column, "row": row, "columns": part.shape[1], "values": values}

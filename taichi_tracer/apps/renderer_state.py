@@ -1,0 +1,310 @@
+"""What one window or page shows: settings, and the scene and the renderer that they make.
+
+A change is ``state.show(replace(state.settings, environment="sunny"))``; the settings of before take it back.
+"""
+
+import copy
+from argparse import ArgumentTypeError
+from dataclasses import replace
+from typing import Any
+
+from taichi_tracer.apps.names import renderers
+from taichi_tracer.apps.pictures import OF_LIGHT
+from taichi_tracer.apps.reproduce import environment_name, settings_of
+from taichi_tracer.environment import load_environment
+from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import BouncesControl, NameControl
+from taichi_tracer.maps import MapRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
+from taichi_tracer.scene_data import SceneData, again
+from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS, USUAL_LIGHT, RenderSettings
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.registry import PARTS
+
+# Settings that can be changed while a picture is shown, beside the values of its integrator.
+OF_SCENE = ("triangle_test", "lamp_choice", "ground")  # another one makes another scene
+LIVE = ("view", "environment", *OF_SCENE, "exposure", "tone", "fov", "max_distance")
+
+
+class RendererState:
+    """The renderers of one window, and which of them shows. All have one camera.
+
+    A renderer is made when something that it offers is shown for the first time. The renderer that is given, and its
+    scene, stay as they are, except for the environment; another triangle test or lamp choice makes another scene.
+
+    Args:
+        base: the settings that the program was started with.
+
+    Attributes:
+        renderer: the one that shows.
+        environments: the names of the environments that can be chosen.
+        max_distance: what the view of the distance shows white; None until this view was shown. It does not follow the
+            camera, so that the greys of a picture stay the same while the camera moves.
+    """
+
+    def __init__(self, renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> None:
+        self.renderer, self.base = renderer, base or RenderSettings()
+        scene, environment = renderer.scene_data, renderer.scene_data.environment
+        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what
+        classes = {c.what: c for c in renderers() if c.what in of_courses}
+        # In one order, whichever renderer is given; what it alone offers comes first.
+        first = {} if type(renderer).what in classes else {type(renderer).what: type(renderer)}
+        self._classes = {**first, **classes, type(renderer).what: type(renderer)}
+        self._scenes = {key_of(scene): scene}
+        self._made = {(*key_of(scene), type(renderer)): renderer}
+        self._last = {type(renderer): renderer}  # the renderer of each class that was shown last
+        self._environments = {} if environment is None else {environment.name: environment}
+        shipped = [*shipped_environments(), *PARTS.names("environment")]
+        self.environments = list(dict.fromkeys([*self._environments, *shipped, NO_NAME]))
+        self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
+        self._has_chosen_light = environment is not None
+        self.max_distance: float | None = None
+        self._keep_max_distance()
+
+    @property
+    def scene(self) -> SceneData:
+        """The scene that is shown."""
+        return self.renderer.scene_data
+
+    @property
+    def settings(self) -> RenderSettings:
+        """The settings of the picture that shows."""
+        return settings_of(self.renderer, self.base)
+
+    @property
+    def offered(self) -> list[tuple[type[ProgressiveRenderer], list[Integrator]]]:
+        """What each renderer offers: views, estimators, paths and maps; what the given one alone offers comes first."""
+        known = {type(one): one for one in self._made.values() if one.scene_data is self.scene}
+        return [(c, list(known[c].offers if c in known else c.offered())) for c in self._classes.values()]
+
+    # ── changes ──
+
+    def change(self, name: str, value: Any) -> None:
+        """Change one setting, or a value of the integrator, to what a page or a window says.
+
+        Raises:
+            InputError: there is no such setting, or the value is not what it must be.
+        """
+        control = next((one for one in self.renderer.controls() if one.name == name), None)
+        if name in LIVE or (control is not None and name in OPTIONS):
+            self.show(replace(self.settings, **{name: read(name, value)}))
+        elif control is not None:
+            ends = getattr(control, "low", 0.0), getattr(control, "high", 0.0)
+            self.renderer.change(name, int(value) if all(isinstance(end, int) for end in ends) else value)
+        else:
+            raise one_of("setting", name, [*LIVE, *(one.name for one in self.renderer.controls())])
+
+    def show(self, settings: RenderSettings) -> None:
+        """Show what settings ask for. For the first picture of light, a scene without light gets one.
+
+        Raises:
+            InputError: a name is unknown, or a value is out of its range.
+        """
+        former = self.settings
+        renderer_class, chosen = self.find(settings.view)
+        settings = self.lit(settings, chosen)
+        scene = self._scene_for(settings)
+        if settings.environment != former.environment:
+            self._set_environment(scene, settings.environment or NO_NAME)
+        elif scene.environment is not self.scene.environment:
+            scene.set_environment(self.scene.environment)
+        if scene is not self.scene or settings.view != former.view:
+            self._show(self._renderer(renderer_class, scene).use(settings.view))
+        for name, option in OPTIONS.items():
+            value = getattr(settings, name)
+            if option.value in self.renderer.values() and value != getattr(former, name) and name != "max_distance":
+                usual = option.usual if value in (None, ()) else value
+                self.renderer.change(option.value, usual[0] if name == "bounces" and usual else usual)
+        if settings.max_distance != former.max_distance and settings.max_distance is not None:
+            self.max_distance = settings.max_distance
+        self._keep_max_distance()
+        if (settings.exposure, settings.tone) != (former.exposure, former.tone):
+            self.renderer.set_display(settings.exposure, settings.tone)
+        if settings.fov != former.fov and settings.fov is not None:
+            if self.renderer.camera.has_window:
+                raise InputError("this camera has a window, and no field of view")
+            self.renderer.camera.set_camera_parameters(fov=settings.fov)
+
+    def lit(self, settings: RenderSettings, chosen: Integrator) -> RenderSettings:
+        """The settings with light, where something is to be shown that needs it, and nobody has chosen any."""
+        needs = chosen.needs_light and self.scene.effects.is_dark and not self._has_chosen_light
+        return replace(settings, environment=USUAL_LIGHT) if needs else settings
+
+    def find(self, name: str | None) -> tuple[type[ProgressiveRenderer], Integrator]:
+        """The renderer class that offers something of this name, that of the present renderer first."""
+        offered = sorted(self.offered, key=lambda pair: pair[0] is not type(self.renderer))
+        known = {one.name: (cls, one) for cls, offers in reversed(offered) for one in offers}
+        if name not in known:
+            raise one_of("view or estimator", name, known)
+        return known[name]
+
+    def _scene_for(self, settings: RenderSettings) -> SceneData:
+        """The scene with the triangle test, the lamp choice and the ground that settings ask for."""
+        test, choice, _ = key_of(self.scene)
+        usual = "watertight" if test in PARTS.names("triangle test") else test  # one that is no part stays
+        wanted = settings.triangle_test or usual, settings.lamp_choice or choice, settings.ground
+        if wanted not in self._scenes:
+            for kind, name in (("triangle test", wanted[0]), ("lamp choice", wanted[1])):
+                PARTS.find(kind, name)
+            self._scenes[wanted] = again(self.scene, **dict(zip(OF_SCENE, wanted, strict=True)))
+        return self._scenes[wanted]
+
+    def _set_environment(self, scene: SceneData, name: str) -> None:
+        """Choose the light from far away; it keeps intensity, rotation and look-up of the scene's own."""
+        if name not in self.environments:
+            raise one_of("environment", name, self.environments)
+        if name != NO_NAME and name not in self._environments:
+            self._environments[name] = load_environment(name, **self._light_options)
+        scene.set_environment(self._environments.get(name))
+        self._has_chosen_light = True
+
+    def _show(self, renderer: ProgressiveRenderer) -> None:
+        """Show a renderer, with the exposure and the tone curve of the one before."""
+        if not (self.renderer.has_own_display or renderer.has_own_display):
+            display = self.renderer.display
+            renderer.set_display(display.exposure, display.tone)
+        self.renderer = renderer
+        self._last[type(renderer)] = renderer
+
+    def _keep_max_distance(self) -> None:
+        distance = self.renderer.values().get("max_distance")
+        if distance is not None:
+            self.max_distance = distance if self.max_distance is None else self.max_distance
+            self.renderer.change("max_distance", self.max_distance)
+
+    def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
+        """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
+        key = *key_of(scene), renderer_class
+        if key not in self._made:
+            self._made[key] = made_like(self.renderer, renderer_class, scene)
+        copy_values(self._last.get(renderer_class, self._made[key]), self._made[key])
+        return self._made[key]
+
+    def beside(self) -> "RendererState":
+        """Another state for the same camera, which begins as this one, with a scene and so with light of its own."""
+        former = self.renderer
+        renderer = made_like(former, type(former), again(self.scene))
+        copy_values(former, renderer)
+        display = former.display
+        renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone)
+        return RendererState(renderer, self.base)
+
+    def resized(self, width: int, height: int) -> "RendererState":
+        """The same picture with another number of pixels."""
+        former = self.renderer
+        view = {name: value for name, value in vars(former.camera.view).items() if value is not None}
+        renderer = made_like(former, type(former), self.scene, type(former.camera)(width, height, **view))
+        copy_values(former, renderer)
+        display = former.display
+        renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone)
+        found = RendererState(renderer, self.base)
+        found.environments, found._environments = self.environments, self._environments
+        found._light_options, found._has_chosen_light = self._light_options, self._has_chosen_light
+        return found
+
+    # ── what can be changed ──
+
+    def names_of(self, name: str) -> list[str]:
+        """The names that a setting may have here; none if it makes no difference to what is shown."""
+        if name == "environment":
+            return self.environments
+        if name == "tone":
+            return PARTS.names("tone curve") if self.renderer.srgb else []
+        if name == "triangle_test":
+            known = PARTS.names("triangle test")
+            return known if self.scene.ray_intersector.triangle_test in known else []
+        known = PARTS.names("lamp choice")
+        matters = self.scene.lamps.count > 1 and self.renderer.needs_light and self.renderer.active.samples_lights
+        return known if matters and self.scene.lamps.choice.name in known else []
+
+    def controls(self) -> list[dict[str, Any]]:
+        """What can be changed now, for a page: section, name, label, help, kind, and the values that it may have."""
+        renderer, found = self.renderer, []
+        chosen = {"environment": environment_name(self.scene), "tone": renderer.display.part.name}
+        chosen |= dict(zip(OF_SCENE, key_of(self.scene), strict=True))
+        for name, section in (("environment", "light"), ("lamp_choice", "light"), ("tone", "display")):
+            found.append(as_names(section, name, chosen[name], self.names_of(name)))
+        found.append(as_names("scene", "triangle_test", chosen["triangle_test"], self.names_of("triangle_test")))
+        found.append({**described("scene", "ground"), "kind": "switch", "value": self.scene.ground})
+        if renderer.srgb and not renderer.has_own_display:
+            found.append(as_slider("display", "exposure", float(renderer.display.exposure), -10, 10, 0.125))
+        if not renderer.camera.has_window:
+            found.append(as_slider("camera", "fov", float(renderer.camera.fov), 5, 150, 0.5))
+        if renderer.active.name == "distance" and (white := self.max_distance) is not None:
+            found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
+        for control in renderer.controls():
+            if isinstance(control, BouncesControl):
+                value = "all" if control.value is None else str(control.value[0])
+                found.append(as_names("estimator", "bounces", value, ["all", *map(str, range(control.most + 1))]))
+            elif isinstance(control, NameControl):
+                found.append(as_names("estimator", control.name, control.value, list(control.names)))
+            else:
+                is_whole = isinstance(control.low, int) and isinstance(control.high, int)
+                step = 1 if is_whole else (control.high - control.low) / 200
+                found.append(as_slider("estimator", control.name, control.value, control.low, control.high, step))
+        return [one for one in found if one["kind"] != "names" or len(one["names"]) > 1]
+
+
+def read(name: str, value: Any) -> Any:
+    """The value of a setting, checked as a word of the command line is.
+
+    Raises:
+        InputError: it is not what the setting must be.
+    """
+    option = OPTIONS[name]
+    if isinstance(value, bool) or value is None:
+        return value if isinstance(DEFAULTS[name], bool) and value is not None else DEFAULTS[name]
+    if name == "bounces" and value == "all":
+        return ()
+    try:
+        return option.read(str(value))
+    except ArgumentTypeError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def described(section: str, name: str) -> dict[str, Any]:
+    """What a page says of a setting."""
+    help = OPTIONS[name].help if name in OPTIONS else ""
+    return {"section": section, "name": name, "label": name.replace("_", " "), "help": help.replace("%%", "%")}
+
+
+def as_names(section: str, name: str, value: Any, names: list[str]) -> dict[str, Any]:
+    """A setting that is one of several names."""
+    return {**described(section, name), "kind": "names", "value": value, "names": names}
+
+
+def as_slider(section: str, name: str, value: float, low: float, high: float, step: float) -> dict[str, Any]:
+    """A setting that is a number between two ends."""
+    return {**described(section, name), "kind": "slider", "value": value, "low": low, "high": high, "step": step}
+
+
+def key_of(scene: SceneData) -> tuple[str, str, bool]:
+    """What a ``RendererState`` can change of a scene, in the order of ``OF_SCENE``."""
+    return scene.ray_intersector.triangle_test, scene.lamps.choice.name, scene.ground
+
+
+def made_like(
+    like: ProgressiveRenderer, renderer_class: type[ProgressiveRenderer], scene: SceneData, camera: Any = None
+) -> ProgressiveRenderer:
+    """A renderer of a class for a scene, with the camera and the samples of another one."""
+    options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
+    options |= {"jitter": (like.jitter and not like.jitters) or None}
+    if camera is None:
+        options["crop"] = like.film.crop
+    options["adaptive"] = like.adaptive and renderer_class.jitters
+    return renderer_class(scene_data=scene, camera=camera or like.camera, **options)
+
+
+def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:
+    """Give a renderer the values of a former one that it has, too."""
+    known = renderer.values()
+    for name, value in former.values().items():
+        if name in known and value != known[name]:
+            renderer.change(name, value)
+
+
+def after(name: str, names: list[str]) -> str:
+    """The name that comes after another one in a list, from whose end it goes on at the beginning."""
+    return names[(names.index(name) + 1) % len(names)]

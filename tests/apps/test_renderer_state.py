@@ -1,0 +1,78 @@
+"""What one window shows: settings over one camera, and the scenes and renderers that they make."""
+
+import numpy as np
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.apps.renderer_state import RendererState
+from taichi_tracer.renderer import A1Renderer, A2Renderer
+
+VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
+FACES = [[0, 1, 2], [0, 2, 3]]
+
+
+def renderer_of(renderer_class=A1Renderer, **options):
+    scene = tt.scene_from_mesh(VERTICES, FACES, intersector="brute_force", **options)
+    return renderer_class(scene, width=8, height=6, seed=3)
+
+
+@pytest.fixture(scope="module")
+def state():
+    """A scene without light."""
+    return RendererState(renderer_of(triangle_test="moller_trumbore").use("normal"))
+
+
+def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(state):
+    first = state.renderer
+    state.change("view", "mis")
+    assert isinstance(state.renderer, A2Renderer)
+    assert state.renderer.active.name == "mis"
+    assert state.renderer.camera is first.camera
+    assert state.renderer.seed == 3
+    assert state.settings.environment == "studio"
+    assert state.renderer.image().any()
+    lit = state.renderer
+    state.change("view", "hit")
+    assert state.renderer is first
+    state.change("view", "brdf")
+    assert state.renderer is lit
+
+
+@pytest.fixture
+def lamps():
+    """A scene whose two triangles emit light."""
+    return RendererState(renderer_of(material=tt.Material(Ke=(1, 1, 1))))
+
+
+def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_of_paths(lamps):
+    assert lamps.names_of("lamp_choice") == []  # a view shows no light
+    lamps.change("view", "implicit")
+    assert lamps.names_of("lamp_choice") == []  # no sample of the lights is taken
+    lamps.change("view", "explicit")
+    assert lamps.names_of("lamp_choice") == tt.system.registry.PARTS.names("lamp choice")
+    first, before = lamps.renderer, lamps.settings
+    lamps.change("max_bounces", 7)
+    lamps.change("lamp_choice", "area")
+    assert lamps.settings.lamp_choice == "area"
+    assert lamps.renderer is not first
+    assert (lamps.renderer.active.name, lamps.renderer.max_bounces) == ("explicit", 7)
+    lamps.change("view", "normal")
+    lamps.change("triangle_test", "moller_trumbore")
+    lamps.change("view", "path")
+    assert lamps.renderer.max_bounces == 7
+    lamps.show(before)
+    assert lamps.renderer is first
+    assert lamps.settings == before
+
+
+def test_a_control_says_what_it_takes_and_a_wrong_value_changes_nothing(lamps):
+    lamps.change("view", "path")
+    found = {one["name"]: one for one in lamps.controls()}
+    assert found["max_bounces"]["kind"] == "slider"
+    assert found["environment"]["names"][-1] == "none"
+    assert "how many surfaces" in found["max_bounces"]["help"]
+    before = lamps.settings
+    for name, value in (("max_bounces", "many"), ("environment", "nowhere"), ("seed", 3), ("fov", "nan")):
+        with pytest.raises(tt.InputError):
+            lamps.change(name, value)
+    assert lamps.settings == before
