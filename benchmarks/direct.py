@@ -1,17 +1,12 @@
 """Direct illumination, compared with Mitsuba 3: time per sample, and time to a given error.
 
-python -m benchmarks.direct [sample | error | process ...]
+python -m benchmarks.direct [sample | error ...]
 """
 
 import functools
 import math
-import os
-import subprocess
 import sys
-import tempfile
-import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import taichi as ti
@@ -19,7 +14,7 @@ import taichi as ti
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
-from benchmarks.mitsuba_scenes import MitsubaPicture, bsdf
+from benchmarks.mitsuba_scenes import MitsubaPicture
 from benchmarks.scenes import (
     DIRECT,
     SPHERES_VIEW,
@@ -195,88 +190,9 @@ def best(found: dict, names: tuple[str, ...], target: float) -> tuple[float, flo
     return min((pair for pair in times if pair[0] == pair[0]), default=(math.nan, math.nan))
 
 
-# ── the same from a new process ──
-
-OUR_PROCESS = """
-import sys
-import taichi_tracer as tt
-from benchmarks.scenes import spheres_under_sun
-renderer = tt.A2Renderer(spheres_under_sun(), {size}, {size}, sampler={sampler!r}).use("mis").render({spp})
-renderer.save(sys.argv[1])
-"""
-THEIR_PROCESS = """
-import sys
-import numpy as np
-import mitsuba as mi
-mi.set_variant("llvm_ad_rgb")
-T = mi.ScalarTransform4f
-sky = {{"type": "envmap", "bitmap": mi.Bitmap(np.load(sys.argv[2])), "to_world": T().rotate([0, 1, 0], 90)}}
-film = {{"type": "hdrfilm", "width": {size}, "height": {size}, "rfilter": {{"type": "box"}}}}
-sampler = {{"type": {sampler!r}, "sample_count": 1}}
-view = T().look_at({view[eye]!r}, {view[at]!r}, {view[up]!r})
-sensor = {{"type": "perspective", "fov": {view[fov]}, "fov_axis": "y", "to_world": view, "film": film}}
-scene = {{"type": "scene", "integrator": {integrator!r}, "sensor": sensor | {{"sampler": sampler}}, "sky": sky}}
-floor = T().rotate([1, 0, 0], -90).scale(6)
-scene["floor"] = {{"type": "rectangle", "to_world": floor, "bsdf": {floor!r}}}
-for k, (sphere, bsdf) in enumerate({spheres!r}):
-    scene[f"sphere{{k}}"] = {{"type": "sphere", "center": sphere[:3], "radius": sphere[3], "bsdf": bsdf}}
-mi.util.write_bitmap(sys.argv[1], mi.render(mi.load_dict(scene), spp={spp}))
-"""
-
-
-def their_process(sampler: str, spp: int) -> str:
-    """Mitsuba's program for the three spheres under sun and sky."""
-    mesh = three_spheres()
-    view = {key: list(map(float, value)) if isinstance(value, tuple) else value for key, value in SPHERES_VIEW.items()}
-    materials = [bsdf(mesh.materials[i]) for i in mesh.sphere_materials]
-    spheres = list(zip(mesh.spheres.tolist(), materials, strict=True))
-    options = {"size": ERROR_SIZE, "view": view, "integrator": DIRECT, "floor": bsdf(mesh.materials[0])}
-    return THEIR_PROCESS.format(sampler=sampler, spp=spp, spheres=spheres, **options)
-
-
-def from_a_new_process() -> str:
-    """A table: seconds from the start of a process to a written picture of 2 % error, with and without our cache."""
-    found = curves()
-    target = 0.02
-    fastest = {}
-    for names in (OURS, THEIRS):
-        name = min(names, key=lambda n: seconds_to(found[n], target) if seconds_to(found[n], target) > 0 else math.inf)
-        fastest[names] = name, math.ceil(needed(*found[name][:2], target))
-    (our_sampler, our_spp), (their_sampler, their_spp) = fastest[OURS], fastest[THEIRS]
-    times: dict[str, list[float]] = {"Mitsuba llvm": [], "taichi_tracer, cache": [], "taichi_tracer, no cache": []}
-    with tempfile.TemporaryDirectory() as folder:
-        ours, theirs = Path(folder) / "ours.py", Path(folder) / "theirs.py"
-        ours.write_text(OUR_PROCESS.format(size=ERROR_SIZE, sampler=our_sampler, spp=our_spp))
-        theirs.write_text(their_process(their_sampler, their_spp))
-        sky = str(Path(folder) / "sky.npy")
-        np.save(sky, sun_and_sky().astype(np.float32))
-        picture, kept = str(Path(folder) / "x.png"), str(Path(folder) / "kept")
-        seconds(ours, kept, picture)
-        for i in range(RUNS):
-            times["Mitsuba llvm"].append(seconds(theirs, kept, picture, sky))
-            times["taichi_tracer, cache"].append(seconds(ours, kept, picture))
-            if i < 2:
-                times["taichi_tracer, no cache"].append(seconds(ours, str(Path(folder) / f"fresh{i}"), picture))
-    medians = {name: float(np.median(values)) for name, values in times.items()}
-    title = f"a new process to 2 %: {our_spp} samples of {our_sampler}, {their_spp} of Mitsuba's {their_sampler}"
-    return ratio_table(title, medians, "Mitsuba llvm", "ms")
-
-
-def seconds(program: Path, cache: str, *arguments: str) -> float:
-    """The wall-clock time of a process; the benchmark ends if the process fails."""
-    paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"TI_OFFLINE_CACHE": "1", "TI_OFFLINE_CACHE_FILE_PATH": cache, "PYTHONPATH": paths}
-    start = time.perf_counter()
-    done = subprocess.run([sys.executable, str(program), *arguments], env=environment, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SystemExit(f"{program.name} failed: {done.stderr.strip()[-500:]}")
-    return time.perf_counter() - start
-
-
 PARTS = {
     "sample": per_sample,
     "error": to_error,
-    "process": from_a_new_process,
 }
 
 

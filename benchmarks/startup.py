@@ -1,4 +1,4 @@
-"""The first second: from the start of a process to a picture, who finds whose kernels, changes in the window, memory.
+"""The first second: from the start of a process to a picture, of it the compiler, and the memory of a large mesh.
 
 Where Mitsuba 3 does the same, it is measured beside it. Each process is measured by the clock and in seconds of the
 processor, those of all threads; the latter say how much work there is, also if other programs keep the machine busy.
@@ -27,41 +27,6 @@ CACHE = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi's folder for kern
 VIEW = ["-m", "taichi_tracer", "render", "cornell_box", "--view", "normal", "--size", "512x512", "-o"]
 BRDF = ["-m", "taichi_tracer", "render", "specular_spheres", "--estimator", "brdf", "--size", "64x64", "--time", "3"]
 
-# Prints how many kernels the command in its arguments has compiled that were not kept.
-COUNTING = """
-from taichi_tracer.__main__ import main
-from taichi_tracer.system import compiling
-main()
-print("RESULT", [compiling.kernels_made()])
-"""
-MIS, PATHS = ["--estimator", "mis", "--spp", "16"], ["--estimator", "path", "--spp", "4"]
-MESHES = {"a": 70_000, "b": 130_000}  # triangles of each
-PICTURES = {
-    "`--estimator mis --spp 16` of 70,000 triangles, first": ("a", MIS),
-    "again": ("a", MIS),
-    "then another mesh, 130,000 triangles": ("b", MIS),
-    "then 320×200 pixels of it": ("b", [*MIS, "--size", "320x200"]),
-    "then `--estimator path --spp 4` of the first mesh": ("a", PATHS),
-    "then paths of the other mesh": ("b", PATHS),
-}
-# Prints the seconds in which a process loads a mesh and takes its first sample, and then those of a second mesh.
-SECOND = """
-import sys
-import time
-import taichi as ti
-import taichi_tracer as tt
-tt.init("cpu")
-def shown(mesh):
-    begin = time.perf_counter()
-    scene = tt.load_scene_data(mesh, environment="studio")
-    loaded = time.perf_counter()
-    tt.A3Renderer(scene, 512, 512).use("mis").render(1)
-    ti.sync()
-    return [loaded - begin, time.perf_counter() - loaded]
-first, second = shown(sys.argv[1]), shown(sys.argv[2])
-print("RESULT", first + second)
-"""
-
 # Prints the seconds in which Taichi was started and kernels were read and translated, of the command in its arguments.
 COMPILING = """
 import sys
@@ -84,44 +49,6 @@ scene["sensor"]["sampler"]["sample_count"] = 1
 image = mi.render(mi.load_dict(scene), spp=1)
 mi.util.write_bitmap(sys.argv[1], image[:, :, :3])
 """
-
-# What a window calls when a key is pressed (``apps.choices``), and one picture of 512². Prints seconds of the clock.
-LIVE = """
-import time
-import taichi as ti
-import taichi_tracer as tt
-from taichi_tracer.apps import pace
-from taichi_tracer.apps.choices import Choices
-tt.init("cpu")
-scene = tt.load_scene_data("specular_spheres", environment="studio")
-choices = Choices(tt.A3Renderer(scene, 512, 512).use("brdf"))
-pace.warm_up(choices.renderer, choices.renderer.render, lambda text: None)
-def changed(change):
-    ti.sync()
-    begin = time.perf_counter()
-    change()
-    choices.renderer.render()
-    ti.sync()
-    return time.perf_counter() - begin
-def estimator(cls, name):
-    return lambda: choices.use(cls, name)
-def light(name):
-    return lambda: choices.set_environment(name)
-print("RESULT", [
-    changed(estimator(tt.A3Renderer, "mis")),
-    changed(estimator(tt.A4Renderer, "path")),
-    changed(estimator(tt.A3Renderer, "brdf")),
-    changed(light("sunny")),
-    changed(light("studio")),
-])
-"""
-LIVE_ROWS = (
-    "another estimator (MIS)",
-    "paths",
-    "back to the first estimator",
-    "another environment (sunny)",
-    "back to the first environment",
-)
 
 MEMORY = """
 import sys
@@ -207,32 +134,6 @@ def first_picture(folder: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pictures(folder: Path) -> str:
-    """Whole processes one after the other, from an empty folder on: who finds the kernels of whom."""
-    counting, second, picture = folder / "counting.py", folder / "second.py", str(folder / "picture.png")
-    counting.write_text(COUNTING)
-    second.write_text(SECOND)
-    meshes = {name: str(folder / f"{name}.ply") for name in MESHES}
-    for name, triangles in MESHES.items():
-        write_ply(meshes[name], *displaced_sphere(triangles))
-    runs: dict[str, list[Process]] = {name: [] for name in PICTURES}
-    for i in range(FEW_RUNS):
-        for name, (mesh, words) in PICTURES.items():
-            command = [str(counting), "render", meshes[mesh], *words, "-o", picture]
-            runs[name].append(Process(command, **{CACHE: str(folder / f"pictures{i}")}))
-    lines = ["\n**`taichi_tracer render`, one process after the other; kernels are kept from the first one on**\n"]
-    lines += ["| | s | kernels compiled |", "|---|--:|--:|"]
-    for name, done in runs.items():
-        lines.append(f"| {name} | {median(p.wall for p in done):.2f} | {median(p.result[0] for p in done):.0f} |")
-    kept = {CACHE: str(folder / "pictures0")}
-    done = [Process([str(second), *meshes.values()], **kept).result for _ in range(FEW_RUNS)]
-    lines += ["\n**two scenes in one process, kernels kept: s until each is loaded, and until its first sample**\n"]
-    lines += ["| | loading | first sample of `mis`, 512² |", "|---|--:|--:|"]
-    times = [f"{median(column):.2f}" for column in zip(*done, strict=True)]
-    lines += [f"| {name} | {' | '.join(times[k : k + 2])} |" for name, k in (("70,000", 0), ("130,000", 2))]
-    return "\n".join(lines) + "\n"
-
-
 def compiling(folder: Path) -> str:
     """How long the compiler keeps a small picture of direct light waiting, without kernels and with them."""
     program, picture = folder / "compiling.py", str(folder / "brdf.png")
@@ -245,18 +146,6 @@ def compiling(folder: Path) -> str:
         done = [Process(words, **{CACHE: str(folder / cache)}).result for cache in folders]
         whole, reading, kernels = (median(column) for column in zip(*done, strict=True))
         lines.append(f"| {name} | {whole:.2f} | {reading:.2f} | {kernels:.0f} |")
-    return "\n".join(lines) + "\n"
-
-
-def live(folder: Path) -> str:
-    """From the change of what a window shows to its next picture, with kernels from an earlier process."""
-    program, kept = folder / "live.py", {CACHE: str(folder / "live")}
-    program.write_text(LIVE)
-    Process([str(program)], **kept)
-    done = [Process([str(program)], **kept).result for _ in range(FEW_RUNS)]
-    lines = ["\n**a change in the window: specular_spheres under studio, 512², warm**\n", "| | s |", "|---|--:|"]
-    medians = map(median, zip(*done, strict=True))
-    lines += [f"| {name} | {seconds:.2f} |" for name, seconds in zip(LIVE_ROWS, medians, strict=True)]
     return "\n".join(lines) + "\n"
 
 
@@ -284,7 +173,7 @@ def memory(folder: Path) -> str:
 def report(_arguments: list[str]) -> str:
     """All tables."""
     with tempfile.TemporaryDirectory() as folder:
-        return "".join(measured(Path(folder)) for measured in (first_picture, pictures, compiling, live, memory))
+        return "".join(measured(Path(folder)) for measured in (first_picture, compiling, memory))
 
 
 if __name__ == "__main__":

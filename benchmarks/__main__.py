@@ -1,7 +1,7 @@
 """Run every benchmark, each in a process of its own, and write benchmarks/RESULTS.md.
 
-python -m benchmarks.results [NAME ...]     only the named ones are measured again; the other results stay. A name may
-                                            have arguments of its own, "paths error", which is a section of its own
+python -m benchmarks [NAME ...]     only the named ones are measured again; the other results stay. A name may have
+                                    arguments of its own, "paths error", which is a section of its own
 
 Without a name, it runs those that measure time, in less than 30 minutes. The others (``COUNTED``) count errors of many
 thousand pictures, which takes hours and does not depend on the machine: they run only if they are named.
