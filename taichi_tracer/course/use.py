@@ -9,13 +9,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
+
 import taichi_tracer as tt
 from taichi_tracer.course import borders, files
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import unfinished
-from taichi_tracer.system.taichi_17.objects import BoundKernel
 
 ABSENT = object()
 # The class of this package whose methods a border of the same name has.
@@ -145,12 +146,15 @@ class Course:
         return "\n".join([f"files of the course in {self.folder}", *self.notes()])
 
 
-class StudentKernel(BoundKernel):
-    """A kernel that is assigned to a class."""
+class StudentKernel:
+    """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
 
     def __init__(self, kernel: Any) -> None:
-        super().__init__(kernel)
+        self.written = kernel
         kernel._is_staticmethod = False  # as Taichi notes at each access
+
+    def __get__(self, owner: Any, cls: type | None = None) -> Any:
+        return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
 
 
 def members_of(border: type) -> dict[str, Any]:

@@ -120,9 +120,9 @@ def check_part(part, file: str = "") -> None:
 
 
 def written(cls: type, name: str) -> object:
-    """A method as its class defines it; a kernel, also if ``taichi_17.objects`` has put it into what binds it."""
+    """A method as its class defines it, or as a student wrote it."""
     found = inspect.getattr_static(cls, name)
-    return getattr(found, "bound_kernel", getattr(found, "written", found))
+    return getattr(found, "written", found)
 
 
 def is_as_written(part, module: str) -> bool:

@@ -115,12 +115,6 @@ PATCHES = (
         },
     ),
     Patch(
-        "objects",
-        "0.3 to 0.5 ms of each frame; and a kernel of a file of the course may be a method of our classes",
-        {"taichi:data_oriented": ("cls", "objects:binding_kernels")},
-        needs=("taichi.lang.kernel_impl:_BoundedDifferentiableMethod",),
-    ),
-    Patch(
         "own code",
         "no time: a mistake in a part of one's own is one line, and does not end the process",
         {
