@@ -19,15 +19,15 @@ from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import check_angle, distance_of, without_angle
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
+from taichi_tracer.system.compile_time import compile_time_as, element
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.held import element
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import in_kernels_as, seams
 from taichi_tracer.system.types import Numbers
 
 
 @ti.data_oriented
-@seams("generate_ndc_coords", "generate_camera_coords", "compute_matrix", generate_ray="Ray")
+@overridable("generate_ndc_coords", "generate_camera_coords", "compute_matrix", generate_ray="Ray")
 class ProjectiveCamera(CameraSettings):
     """The steps from a pixel to a ray. Pixel (0, 0) is at the bottom left. A subclass defines ``ray_through``.
 
@@ -49,7 +49,7 @@ class ProjectiveCamera(CameraSettings):
         half, centre = self.half_size[None], self.centre[None]
         return tm.vec4(ndc_coords.x * half.x + centre.x, ndc_coords.y * half.y + centre.y, 1, 0)
 
-    @in_kernels_as(lambda camera: element(camera.camera_to_world, None))
+    @compile_time_as(lambda camera: element(camera.camera_to_world, None))
     def compute_matrix(self) -> Any:
         """The camera-to-world matrix [x_c y_c z_c eye; 0 0 0 1] (A1-8): (4, 4) float64; in a kernel, a mat4."""
         return camera_frame(self.eye, self.at, self.up, self.handedness)
@@ -105,7 +105,7 @@ class ProjectiveCamera(CameraSettings):
 
 @register
 @ti.data_oriented
-@seams(ray_through="Ray")
+@overridable(ray_through="Ray")
 class Camera(ProjectiveCamera):
     """The pinhole camera of the courses: a perspective projection, with the image plane at the focal distance.
 

@@ -4,10 +4,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.random_numbers import given_or_drawn
-from taichi_tracer.system.seams import called, in_kernels, takes, takes_whole_numbers
+from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.overrides import call_with_known_args, takes, takes_whole_numbers
 
 
-@in_kernels
+@compile_time
 def point_within(jitter, xi):
     """The point of a pixel through which its ray passes, in [0, 1]²: the centre, or with jitter a random point.
 
@@ -23,7 +24,7 @@ def _centre_or(jitter, point):
     return ti.select(jitter != 0, point, tm.vec2(0.5))
 
 
-@in_kernels
+@compile_time
 def through_pixel(method, pixel_x, pixel_y, jitter, xi):
     """Call ``generate_ray`` or ``generate_ndc_coords`` for one pixel, with the jitter that its signature allows.
 
@@ -32,13 +33,13 @@ def through_pixel(method, pixel_x, pixel_y, jitter, xi):
     of a pixel, unless their arguments are annotated as whole numbers. Then there is no jitter.
     """
     if jitter is False:
-        return called(method, pixel_x, pixel_y)
+        return call_with_known_args(method, pixel_x, pixel_y)
     if takes(method, "jitter"):
-        return called(method, pixel_x, pixel_y, jitter=jitter, xi=xi)
+        return call_with_known_args(method, pixel_x, pixel_y, jitter=jitter, xi=xi)
     if takes_whole_numbers(method):
-        return called(method, pixel_x, pixel_y)
+        return call_with_known_args(method, pixel_x, pixel_y)
     within = point_within(jitter, xi)
-    return called(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
+    return call_with_known_args(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
 
 
 @ti.func

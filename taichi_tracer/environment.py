@@ -14,10 +14,11 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
+from taichi_tracer.system.compile_time import element
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.held import HeldExpr, element, held
+from taichi_tracer.system.held import HeldExpr, held
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.system.varying import varying
@@ -26,7 +27,7 @@ LOOKUPS = ("nearest", "bilinear")
 
 
 @ti.data_oriented
-@seams("query_ray", "radiance", "coords", "texel_of", "bilinear")
+@overridable("query_ray", "radiance", "coords", "texel_of", "bilinear")
 class Environment(KnownAttributes):
     """Radiance from every direction (A2-5), in a frame in which y is up.
 

@@ -22,9 +22,9 @@ from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
@@ -41,7 +41,7 @@ TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many ti
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class MapRenderer(ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
 

@@ -11,9 +11,10 @@ from taichi.lang.expr import Expr
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.annotations import Spelled
+from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, printable
+from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import element, in_kernels, replaced, variable
 from taichi_tracer.system.tables import Tables
 
 COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
@@ -235,7 +236,7 @@ class MaterialLibrary:
             tables.put(self.brdf_ids, np.array(self.brdf_of, np.int32).T)
         return tables
 
-    @in_kernels
+    @compile_time
     def get(self, material_id):
         """The numbers of one material, as a struct. The compiler removes the reads of numbers that are not used."""
         values, column, material_id = {}, 0, self.row(material_id)
@@ -245,7 +246,7 @@ class MaterialLibrary:
             column += len(numbers)
         return self._struct(**values)
 
-    @in_kernels
+    @compile_time
     def row(self, material_id):
         """The row of a material. Where a user's own intersector says which material was hit, it is one that exists."""
         if self.intersector is None or not replaced(self.intersector):

@@ -31,11 +31,12 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
+from taichi_tracer.system.overrides import adapt_signature, call_with_known_args, overridable, replaced, why_replaced
 from taichi_tracer.system.own_code.rules import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
@@ -91,7 +92,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
 
 
 @ti.data_oriented
-@seams("record", shade_ray="vec3")
+@overridable("record", shade_ray="vec3")
 class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
@@ -255,7 +256,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
                     ray, hit = of.eye_rays.hit_of(x, y, rng)
                     self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
 
-    @in_kernels
+    @compile_time
     def keep(self, film, x, y, value, index):
         """Give the value of a pixel to the film: by ``record``, unless somebody watches and takes it instead."""
         if film is self.film:
@@ -286,13 +287,13 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         shares = Shares(self.width, self.height)
         return SampleParts(scene, integrator, self.make_eye_rays(), self.sampler, shares, self.film)
 
-    @in_kernels
+    @compile_time
     def radiance(self, scene, integrator, ray, hit, rng):
         """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
         if "shade_ray" in self.replaced:
             self._of_sample = scene, rng
             try:
-                return called(self.shade_ray, ray)
+                return call_with_known_args(self.shade_ray, ray)
             finally:
                 self._of_sample = None
         return integrator.radiance(scene, ray, hit, rng)
@@ -303,7 +304,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         hit = self.scene_data.ray_intersector.query_segment(ray, 0.0, tm.inf)
         return self._shade_hit(ray, hit)
 
-    @in_kernels
+    @compile_time
     def _shade_hit(self, ray, hit):
         in_a_kernel_of_your_own = self.kernel_scene(), RandomNumbers.of_this_kernel()
         scene, rng = self._of_sample or in_a_kernel_of_your_own
@@ -407,7 +408,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
             self.eye_rays = self.make_eye_rays()
         self._compiled_for = own
         self.reset()
-        fit(type(self.active))
+        adapt_signature(type(self.active))
         self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
 

@@ -10,7 +10,7 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above
 
@@ -80,7 +80,7 @@ class RandomNumbers:
         self.dimension += 1
 
 
-@in_kernels
+@compile_time
 def given_or_drawn(xi):
     """``xi``; or two random numbers if it is None, because the handout's functions draw their numbers themselves.
 

@@ -15,12 +15,12 @@ from taichi_tracer.formulas.triangles import TriangleTest, plane_distance, stabl
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.system import runtime
+from taichi_tracer.system.overrides import overridable, replaced
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
-@seams(
+@overridable(
     *("search", "query_segment", "is_blocked", "triangle_hit"),
     intersect_triangle="HitData",
     query_ray="HitData",
@@ -314,7 +314,7 @@ class RayIntersector:
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class BruteForceRayIntersector(RayIntersector):
     """Tries every triangle. A student writes this form first; every hierarchy must give the same answers (A1-14)."""
 

@@ -16,11 +16,12 @@ from taichi_tracer.picture.postprocessed import PostprocessedMixin
 from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.importing import import_quickly
+from taichi_tracer.system.overrides import call_with_known_args, overridable
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import called, in_kernels, seams
 from taichi_tracer.system.threads import inside_kernel
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it
 
 
 @register
-@seams(
+@overridable(
     shade_hit="vec3",
     shade_triangle_id="vec3",
     shade_distance="vec3",
@@ -49,12 +50,12 @@ class A1Renderer(ProgressiveRenderer):
 
     shade_mode = modes.ModeProperty("ShadeMode")
 
-    @in_kernels
+    @compile_time
     def radiance(self, scene, integrator, ray, hit, rng):
         """The colour from a replaced ``shade_ray``, a replaced method of the view in use, or the view itself."""
         own = f"shade_{integrator.name}"
         if "shade_ray" not in self.replaced and own in self.replaced:
-            return called(getattr(self, own), hit)
+            return call_with_known_args(getattr(self, own), hit)
         return ProgressiveRenderer.radiance(self, scene, integrator, ray, hit, rng)
 
     @property
@@ -76,7 +77,7 @@ class A1Renderer(ProgressiveRenderer):
         if self.replaced:
             self._own(PARTS.find("integrator", "distance")).prepare(self.scene_data, self.camera)
 
-    @in_kernels
+    @compile_time
     def _view(self, name: str, hit_data):
         view = self._own(PARTS.find("integrator", name))
         return view.radiance(self.scene_data.in_kernels(), None, hit_data, None)
@@ -155,7 +156,7 @@ def light_if_dark(scene_data: SceneData) -> None:
 
 
 @register
-@seams()
+@overridable()
 class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
@@ -212,7 +213,7 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
 
 @register
-@seams()
+@overridable()
 class A3Renderer(A2Renderer):
     """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
 
@@ -289,7 +290,7 @@ class A3Renderer(A2Renderer):
 
 
 @register
-@seams()
+@overridable()
 class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
 

@@ -20,13 +20,14 @@ from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler  # as the handout names it
 from taichi_tracer.random_numbers import RandomNumbers, given_or_drawn
-from taichi_tracer.system.seams import in_kernels, seams
+from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.overrides import overridable
 
 DEFAULT_SAMPLER, ADAPTIVE_SAMPLER = "niederreiter", "niederreiter_two"  # of pictures; of adaptive ones
 
 
 @ti.data_oriented
-@seams("start", get_2d="vec2")
+@overridable("start", get_2d="vec2")
 class Sampler:
     """The source of random numbers. A subclass defines ``get_2d``.
 
@@ -46,7 +47,7 @@ class Sampler:
     required = ("get_2d",)
     width, height = 1, 1
 
-    @in_kernels
+    @compile_time
     def start(self, seed, x, y, index) -> RandomNumbers:
         """Begin the numbers of one sample of one pixel; kernels call it."""
         return RandomNumbers(self, seed, x, y, index)
@@ -76,7 +77,7 @@ def sampler_of(chosen: Sampler, camera) -> Sampler:
 
 
 @ti.data_oriented
-@seams(sample_direction="vec3", evaluate_probability="number")
+@overridable(sample_direction="vec3", evaluate_probability="number")
 class UniformSampler:
     """Directions uniform on the sphere (A2-6); the estimator ``uniform`` takes its directions from it.
 
@@ -100,7 +101,7 @@ class UniformSampler:
 
 
 @ti.data_oriented
-@seams(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
+@overridable(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
 class BRDF(HandoutBrdf):
     """The handout's BRDF: diffuse if Ns is 1 or less, otherwise Phong (A2-4, A2-7, A2-8).
 

@@ -43,10 +43,10 @@ from taichi_tracer.scene_parts import (
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.overrides import replaced, why_replaced
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
-from taichi_tracer.system.seams import replaced, why_replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures

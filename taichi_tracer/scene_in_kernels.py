@@ -13,7 +13,8 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.system.seams import in_kernels, replaced
+from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.overrides import replaced
 from taichi_tracer.textures import textured
 
 if TYPE_CHECKING:
@@ -50,13 +51,13 @@ class SceneInKernels:
         self.lights = SceneLights([*far, *scene.lights], effects, lamps)
         self.samples_lights = effects.samples_lights and self.lights.can_be_met
 
-    @in_kernels
+    @compile_time
     def material_at(self, hit):
         """The numbers of the material of a hit, coloured by its texture."""
         material = impl.expr_init(self.material_library.get(hit.material_id))
         return impl.expr_init(textured(material, self.textures, hit)) if self.effects.textures else material
 
-    @in_kernels
+    @compile_time
     def surface_at(self, ray, hit) -> Surface:
         """The surface that a ray hit."""
         return surface_at(self, ray, hit)

@@ -17,8 +17,8 @@ from taichi_tracer.options import BrdfChoice, IntersectorChoice, LampChoices
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MicrofacetBRDF
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import replaced
 
 FEW_PRIMITIVES = 20_000  # up to so many, a picture is there before the wide hierarchy would be compiled
 FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy

@@ -24,8 +24,8 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.overrides import unfinished
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import unfinished
 from taichi_tracer.tones.display import Display
 
 VIEW = "normal"  # what a picture shows when nobody says it

@@ -11,11 +11,11 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.seams import replaced, seams
+from taichi_tracer.system.overrides import overridable, replaced
 
 
 @ti.data_oriented
-@seams(eval="vec3", pdf="number", sample="vec3", weight="vec3")
+@overridable(eval="vec3", pdf="number", sample="vec3", weight="vec3")
 class Brdf:
     """The interface. A subclass defines ``describes``, ``eval``, ``pdf`` and ``sample``.
 
@@ -89,7 +89,7 @@ class Brdf:
 
 
 @ti.data_oriented
-@seams()
+@overridable()
 class DeltaBrdf(Brdf):
     """A BRDF that reflects into single directions. A subclass defines ``sample`` and ``weight``."""
 

@@ -7,13 +7,13 @@ import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.formulas.warps import cosine_hemisphere
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class Diffuse(Brdf):
     """f_r = Kd/π."""
 

@@ -9,11 +9,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
-from taichi_tracer.system.seams import called, replaced, seams, unfinished
+from taichi_tracer.system.overrides import call_with_known_args, overridable, replaced, unfinished
 
 
 @ti.data_oriented
-@seams()
+@overridable()
 class HandoutBrdf(Brdf):
     """What integrators ask, in the words of the handouts. A subclass defines ``sample_direction`` and so on."""
 
@@ -26,24 +26,24 @@ class HandoutBrdf(Brdf):
     @ti.func
     def eval(self, material, w_o, w_i, n):
         """``evaluate_brdf``."""
-        return called(self.evaluate_brdf, material, w_o, w_i, n)
+        return call_with_known_args(self.evaluate_brdf, material, w_o, w_i, n)
 
     @ti.func
     def pdf(self, material, w_o, w_i, n):
         """``evaluate_probability``."""
-        return called(self.evaluate_probability, material, w_o, w_i, n)
+        return call_with_known_args(self.evaluate_probability, material, w_o, w_i, n)
 
     @ti.func
     def sample(self, material, w_o, n, xi):
         """``sample_direction``."""
-        return called(self.sample_direction, material, w_o, n, xi=xi)
+        return call_with_known_args(self.sample_direction, material, w_o, n, xi=xi)
 
     @ti.func
     def weight(self, material, w_o, w_i, n):
         """``evaluate_brdf_factor``; or f_r cos θ_i / pdf, if only f_r or the pdf was replaced."""
         value = tm.vec3(0)
         if ti.static(self.has_own_factor()):
-            value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
+            value = call_with_known_args(self.evaluate_brdf_factor, material, w_o, w_i, n)
         else:
             value = eval_over_pdf(self, material, w_o, w_i, n)
         return value

@@ -24,8 +24,8 @@ from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.random_numbers import given_or_drawn
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 # Below this roughness, the rounding of two directions in f32, 1e-7, changes D by more than 1 %: a mirror stands in.
 SMOOTH_BELOW = 2.0**-14
@@ -35,7 +35,7 @@ LAYERED = "layered"  # the key of ``Material.extra`` that is 1 where the rough l
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class Microfacet(Brdf):
     """f_r = D F G/(4 cos θ_i cos θ_o), with ``alpha_x``, ``alpha_y`` and ``F0`` of the material."""
 
@@ -96,7 +96,7 @@ class Microfacet(Brdf):
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class SmoothConductor(DeltaBrdf):
     """The limit of ``Microfacet`` for α → 0: f_r = F δ(ω_i − ω_r) / cos θ_i."""
 
@@ -122,7 +122,7 @@ MICROFACET = Microfacet()
 
 
 @ti.data_oriented
-@seams(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
+@overridable(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
 class MicrofacetBRDF(HandoutBrdf):
     """The names of the handout for ``Microfacet`` (A2-12).
 

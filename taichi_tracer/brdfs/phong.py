@@ -8,8 +8,8 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.warps import power_cosine
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 # The exponent Ns at which the width of the lobe, about 1/√Ns, is the ε of f32: from here on, the lobe is a mirror's. A
 # scene means the same in f64. Its directions are finer, but one of 2⁴⁶ samples of a light would fall into such a lobe:
@@ -19,7 +19,7 @@ MIRROR_FROM = 2.0**46
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class Phong(Brdf):
     """f_r = Kd (Ns+1)/(2π) max(0, ω_r·ω_i)^Ns.
 

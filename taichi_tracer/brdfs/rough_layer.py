@@ -19,8 +19,8 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import LAYERED, Microfacet, schlick
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 BASE, LAYER = Diffuse(), Microfacet()
 LAYER_F0 = 0.04  # an index of refraction of 1.5
@@ -29,7 +29,7 @@ LEAST, MOST = 0.1, 0.9  # of the samples: so many go to the layer at least, and 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class RoughLayer(Brdf):
     """A diffuse base ``Kd`` under a layer with ``alpha_x``, ``alpha_y`` and ``F0``."""
 

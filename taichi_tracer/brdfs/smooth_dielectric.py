@@ -10,15 +10,15 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 GLASS = 7  # the ``illum`` of MTL files for "transparency: refraction on, reflection: Fresnel on and ray trace on"
 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class Dielectric(DeltaBrdf):
     """Two directions: ω_r with the probability F of Fresnel's equations, the refracted one with 1 − F.
 

@@ -5,7 +5,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.ray import Ray, offset_origin
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 
 class Surface:
@@ -117,7 +117,7 @@ class Surface:
         return value
 
 
-@in_kernels
+@compile_time
 def surface_at(scene, ray, hit) -> Surface:
     """The surface that a ray hit; ``scene`` is a ``scene_in_kernels.SceneInKernels``."""
     library = scene.material_library

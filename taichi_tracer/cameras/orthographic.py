@@ -6,14 +6,14 @@ import taichi.math as tm
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.ray import Ray
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 
 
 @register
 @ti.data_oriented
-@seams("ray_through")
+@overridable("ray_through")
 class OrthographicCamera(ProjectiveCamera):
     """Parallel rays along the gaze, from every point of a window around the eye (RT-5).
 

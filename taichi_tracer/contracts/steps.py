@@ -20,7 +20,7 @@ from taichi_tracer.contracts import (
     triangle_tests,
     views,
 )
-from taichi_tracer.system.seams import replaced
+from taichi_tracer.system.overrides import replaced
 
 Step = tuple[str, Callable[[], Any]]  # what is checked, and the check
 

@@ -16,10 +16,11 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.overrides import Unfinished, call_with_known_args, gives_of, written
 from taichi_tracer.system.own_code.interface import check_method, check_parameters
 from taichi_tracer.system.own_code.source import fault, is_empty
-from taichi_tracer.system.seams import Unfinished, called, gives_of, in_kernels, written
 
 # The handout's methods of each class: where one of them is judged alone, the others are the package's.
 HANDOUT = {
@@ -193,7 +194,7 @@ def fitted(method: Any) -> Any:
     if not set(names) < set(OF_BRDF) or missing == ["w_i"]:  # it has all of them, or others' names in their order
         return method
 
-    @in_kernels
+    @compile_time
     def call(material, w_o, *directions):
         taken_here = OF_BRDF if len(directions) == 2 else ("material", "w_o", "normal")
         given = dict(zip(taken_here, (material, w_o, *directions), strict=True))
@@ -286,13 +287,13 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
         if hasattr(self, "_one_sample"):
             self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read
 
-    @in_kernels
+    @compile_time
     def shade_ray(self: Any, ray: Any) -> Any:
         way = f"shade_{self.active.name}"
         name = "shade_ray" if not ways else way
         if name not in members:
             raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
-        return called(getattr(theirs_of(self), name), ray)
+        return call_with_known_args(getattr(theirs_of(self), name), ray)
 
     made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:
@@ -352,15 +353,15 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
     geometry = property(lambda self: vars(self)["_geometry"], set_geometry)
 
     def asked(name: str) -> Callable:
-        @in_kernels
+        @compile_time
         def method(self: Any, *arguments: Any) -> Any:
-            return called(getattr(theirs_of(self), name), *arguments)
+            return call_with_known_args(getattr(theirs_of(self), name), *arguments)
 
         return method
 
-    @in_kernels
+    @compile_time
     def sample_mesh_lights(self: Any, hit_point: Any) -> Any:
-        w_i, triangle_id = called(theirs_of(self).sample_mesh_lights, hit_point)
+        w_i, triangle_id = call_with_known_args(theirs_of(self).sample_mesh_lights, hit_point)
         return w_i, triangle_id - 1
 
     def compute_cdf(self: Any) -> None:

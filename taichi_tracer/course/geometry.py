@@ -11,7 +11,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory
 from taichi_tracer.system.held import held
-from taichi_tracer.system.seams import called
+from taichi_tracer.system.overrides import call_with_known_args
 from taichi_tracer.system.threads import inside_kernel
 
 
@@ -104,18 +104,18 @@ class CourseLights:
     @ti.func
     def sample_mesh_lights(self, hit_point):
         """(w_i, the triangle)."""
-        w_i, triangle_id = called(self.package.sample_mesh_lights, hit_point)
+        w_i, triangle_id = call_with_known_args(self.package.sample_mesh_lights, hit_point)
         return w_i, triangle_id + 1
 
     @ti.func
     def sample_emissive_triangle(self):
         """Which of the emissive triangles, from 0."""
-        return called(self.package.sample_emissive_triangle)
+        return call_with_known_args(self.package.sample_emissive_triangle)
 
     @ti.func
     def evaluate_probability(self):
         """The density of the point, per area."""
-        return called(self.package.evaluate_probability)
+        return call_with_known_args(self.package.evaluate_probability)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(vars(self)["package"], name)

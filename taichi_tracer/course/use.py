@@ -16,7 +16,7 @@ from taichi_tracer.course import borders, files
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import unfinished
+from taichi_tracer.system.overrides import unfinished
 
 ABSENT = object()
 # The class of this package whose methods a border of the same name has.

@@ -14,7 +14,7 @@ import taichi as ti
 from taichi.lang import expr, impl, struct
 
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 MOST_KINDS = 64  # of steps that are limited; a picture has about ten of them
 CAPACITY = 1 << 18  # numbers; a path of 64 bounces needs less
@@ -62,7 +62,7 @@ class Log:
         self.used[None] = self.is_on[None] = self.is_full[None] = 0
         self.counts.fill(0)
 
-    @in_kernels
+    @compile_time
     def note(self, name: str, mark: str = "", is_limited: bool = False, **values: Any) -> None:
         """Note named values; kernels call it.
 

@@ -15,9 +15,9 @@ from taichi_tracer.explain.terms import terms_of
 from taichi_tracer.explain.thumbnail import thumbnail
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import memory
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.observed import after, observed
-from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.some_pixels import SomePixels
 
 LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too
@@ -113,7 +113,7 @@ class PixelExplainer:
             values[k] = self.value.to_numpy()
         return values
 
-    @in_kernels
+    @compile_time
     def begin(self, ray, hit) -> None:
         """Keep the eye ray of a sample, and what it hits."""
         self.ray, self.hit = ray, hit

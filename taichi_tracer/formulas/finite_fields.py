@@ -20,18 +20,18 @@ All functions work on numbers and on vectors of numbers. Results are bit-reverse
 """
 
 from taichi_tracer.formulas.hashes import HALVES, pascal_matrix
-from taichi_tracer.system.seams import in_kernels, variable
+from taichi_tracer.system.compile_time import compile_time, variable
 
 *DIGIT_HALVES, (ONE_BIT, LOWER_BITS) = HALVES  # groups of whole digits; the lower bit of each digit
 
 
-@in_kernels
+@compile_time
 def first_pair(word):
     """The numbers of α = 0 and α = 1, which are the first two Sobol' numbers."""
     return word, pascal_matrix(word)
 
 
-@in_kernels
+@compile_time
 def second_pair(word):
     """The numbers of α = ω and α = ω²."""
     x = y = variable(word)
@@ -41,7 +41,7 @@ def second_pair(word):
     return x, variable(y ^ ((y >> ONE_BIT) & LOWER_BITS))
 
 
-@in_kernels
+@compile_time
 def times_power(word, exponent):
     """Every digit times ω^exponent."""
     upper, lower = variable((word >> 1) & LOWER_BITS), variable(word & LOWER_BITS)

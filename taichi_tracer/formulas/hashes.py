@@ -6,20 +6,20 @@ Sums and products are modulo 2^32, as those of unsigned words are.
 import taichi as ti
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels, variable
+from taichi_tracer.system.compile_time import compile_time, variable
 
 # How many bits, and a mask: of every two groups of so many neighbouring bits, the group of the lower ones.
 HALVES = ((16, 0x0000FFFF), (8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555))
 
 
-@in_kernels
+@compile_time
 def pcg4d(a, b, c, d):
     """Four well-mixed words of four words (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
     a, b, c, d = _mix(*(variable(plus(times(word, 1664525), 1013904223)) for word in (a, b, c, d)))
     return _mix(*(variable(word ^ (word >> 16)) for word in (a, b, c, d)))
 
 
-@in_kernels
+@compile_time
 def _mix(a, b, c, d):
     a = variable(plus(a, times(b, d)))
     b = variable(plus(b, times(c, a)))
@@ -27,7 +27,7 @@ def _mix(a, b, c, d):
     return a, b, c, variable(plus(d, times(b, c)))
 
 
-@in_kernels
+@compile_time
 def plus(a, b):
     """a + b modulo 2^32. Debug mode reports every overflow, and therefore gets a sum of 64 bits."""
     if runtime.checks_overflow():
@@ -35,7 +35,7 @@ def plus(a, b):
     return a + b
 
 
-@in_kernels
+@compile_time
 def times(a, b):
     """a b modulo 2^32, as ``plus``."""
     if runtime.checks_overflow():
@@ -52,7 +52,7 @@ def as_fraction(word):
         return ti.cast(ti.cast(word >> 8, ti.i32), ti.f32) * (1.0 / (1 << 24))
 
 
-@in_kernels
+@compile_time
 def reverse_bits(word):
     """The 32 bits in reverse order."""
     for bits, lower in HALVES:
@@ -61,7 +61,7 @@ def reverse_bits(word):
     return variable(word)
 
 
-@in_kernels
+@compile_time
 def scramble_reversed(word, seed):
     """Owen's nested scrambling of a number whose bits are reversed: a hash of the lower bits decides on each flip.
 
@@ -75,7 +75,7 @@ def scramble_reversed(word, seed):
     return variable(word ^ times(word, 0x53A22864))
 
 
-@in_kernels
+@compile_time
 def pascal_matrix(word):
     """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is bit-reversed."""
     for bits, lower in HALVES:

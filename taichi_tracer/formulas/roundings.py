@@ -9,12 +9,12 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 LOW_BITS = 0x7FFF  # their product with the next number does not overflow
 
 
-@in_kernels
+@compile_time
 def rounded(product):
     """A product, rounded before anything else happens to it; on a CPU, that is the product itself."""
     if runtime.can("separate roundings"):

@@ -13,12 +13,12 @@ import taichi.math as tm
 
 from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.system import runtime
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
-@seams(solve="truth number number number number")
+@overridable(solve="truth number number number number")
 class TriangleTest:
     """A named triangle test: ``TriangleTest("mine", my_function)``, or a subclass that defines ``solve``.
 

@@ -16,15 +16,16 @@ import taichi.math as tm
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.controls import Control
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import in_kernels, is_as_written, seams
+from taichi_tracer.system.overrides import is_as_written, overridable
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData
 
 
 @ti.data_oriented
-@seams(radiance="vec3", heuristic="number")
+@overridable(radiance="vec3", heuristic="number")
 class Integrator:
     """The interface. A subclass defines ``radiance``.
 
@@ -95,7 +96,7 @@ class Integrator:
 
 
 @ti.data_oriented
-@seams(radiance="vec3", color="vec3")
+@overridable(radiance="vec3", color="vec3")
 class View(Integrator):
     """A view of the surface: it turns a hit into a colour. A miss is black.
 
@@ -124,7 +125,7 @@ class View(Integrator):
         has_other = self.function is not None or type(self).radiance is not View.radiance
         return () if has_other else ("color",)
 
-    @in_kernels
+    @compile_time
     def color(self, hit):
         """The RGB colour of a hit."""
         if self.function is None:

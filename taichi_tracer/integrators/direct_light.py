@@ -18,12 +18,12 @@ from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, pairs, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
+from taichi_tracer.system.overrides import call_with_known_args, overridable, replaced
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import called, replaced, seams
 
 
 @ti.data_oriented
-@seams(radiance="vec3", reflected="vec3")
+@overridable(radiance="vec3", reflected="vec3")
 class DirectLight(Integrator):
     """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``."""
 
@@ -60,7 +60,7 @@ class DirectLight(Integrator):
 
 @register
 @ti.data_oriented
-@seams(sample="vec3 vec3")
+@overridable(sample="vec3 vec3")
 class UniformSphere(DirectLight):
     """ω_i uniform on the sphere: half of the samples lie below the horizon (A2-6).
 
@@ -77,16 +77,16 @@ class UniformSphere(DirectLight):
     @ti.func
     def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(4π)."""
-        w_i = called(self.directions.sample_direction, xi=xi)
+        w_i = call_with_known_args(self.directions.sample_direction, xi=xi)
         f_cos_over_pdf = surface.eval_cosine(w_i) * (4 * tm.pi)
         if ti.static(len(replaced(self.directions)) > 0):
-            f_cos_over_pdf = surface.eval_cosine(w_i) / called(self.directions.evaluate_probability)
+            f_cos_over_pdf = surface.eval_cosine(w_i) / call_with_known_args(self.directions.evaluate_probability)
         return w_i, f_cos_over_pdf
 
 
 @register
 @ti.data_oriented
-@seams(sample="vec3 vec3")
+@overridable(sample="vec3 vec3")
 class UniformHemisphere(DirectLight):
     """ω_i uniform on the hemisphere around n."""
 
@@ -102,7 +102,7 @@ class UniformHemisphere(DirectLight):
 
 @register
 @ti.data_oriented
-@seams(sample="vec3 vec3")
+@overridable(sample="vec3 vec3")
 class BrdfSampling(DirectLight):
     """ω_i drawn from the density of the BRDF: best if the light is even or the surface is glossy (A2-7, A2-8)."""
 
@@ -117,7 +117,7 @@ class BrdfSampling(DirectLight):
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class MicrofacetSampling(BrdfSampling):
     """``brdf``, where the roughness decides and not Ns, if a material has both (A2-12)."""
 
@@ -126,7 +126,7 @@ class MicrofacetSampling(BrdfSampling):
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 
@@ -146,7 +146,7 @@ class EnvironmentSampling(DirectLight):
 
 
 @ti.data_oriented
-@seams()
+@overridable()
 class MultipleImportanceSampling(DirectLight):
     """One sample of the BRDF and one of the lights, each weighted by a heuristic of both densities.
 

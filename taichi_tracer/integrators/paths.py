@@ -20,8 +20,8 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
@@ -151,7 +151,7 @@ class Explicit(Paths):
 
 @register
 @ti.data_oriented
-@seams("radiance", "light_sample", "needs_hit", "share_of_hit")
+@overridable("radiance", "light_sample", "needs_hit", "share_of_hit")
 class WeightedPaths(Paths):
     """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
 

@@ -16,8 +16,8 @@ from taichi_tracer.brdfs.phong import log1p_of_negative
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.varying import varying
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ MOST_MIRRORS = 64  # as many as surfaces of a path may reflect
 
 @register
 @ti.data_oriented
-@seams(radiance="vec3", shade="vec3", highlight="number")
+@overridable(radiance="vec3", shade="vec3", highlight="number")
 class BlinnPhong(Integrator):
     """The sum at the first surface, and at those that it mirrors. The backs of surfaces are black.
 

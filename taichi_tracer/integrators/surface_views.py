@@ -12,9 +12,9 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.base import View
 from taichi_tracer.system import memory
+from taichi_tracer.system.compile_time import element
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import element
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.tones.heat import round_up
 

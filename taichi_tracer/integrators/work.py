@@ -14,9 +14,9 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import in_kernels
 
 # Methods of an intersector that enter a node or try a box; those that try a triangle
 # or a sphere; and methods of a surface to one of which each direction that is sampled goes.
@@ -28,7 +28,7 @@ SCATTERING = "eval_cosine", "weight"
 class WorkTally:
     """What one sample does, counted in variables of the kernel that is being compiled."""
 
-    @in_kernels
+    @compile_time
     def begin(self) -> None:
         """Begin a sample."""
         self.nodes, self.primitives, self.blocked, self.below = (impl.expr_init(0) for _ in range(4))

@@ -15,8 +15,8 @@ from taichi_tracer.intersectors import bvh_build
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 
 STACK_STEP = 64  # the stack has a multiple of this length, so that most meshes need no other kernel
@@ -24,7 +24,7 @@ STACK_STEP = 64  # the stack has a multiple of this length, so that most meshes 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class BVHRayIntersector(RayIntersector):
     """Tries only primitives whose boxes the ray meets. Its answers equal those of ``BruteForceRayIntersector`` exactly.
 

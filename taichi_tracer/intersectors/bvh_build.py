@@ -16,7 +16,7 @@ import taichi.math as tm
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.intersectors.lanes import larger, smaller
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 BLOCK_BITS = 2
 BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; the kernel splits them no further
@@ -303,7 +303,7 @@ def _build_ranges(
                 waiting += 2
 
 
-@in_kernels
+@compile_time
 def _items(*arguments):
     return _Items(*arguments)
 

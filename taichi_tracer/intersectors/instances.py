@@ -16,7 +16,7 @@ from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.seams import seams
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.tables import Tables
 
 MOST_PARTS = 64  # of an object whose boxes are transformed to find the box of a place: more parts make it tighter
@@ -157,7 +157,7 @@ class InPlaces:
 
 
 @ti.data_oriented
-@seams()
+@overridable()
 class TwoLevelBVH(InPlaces, BVHRayIntersector):
     """Tries only primitives of places whose boxes the ray meets. It takes the place of ``BVHRayIntersector``.
 

@@ -9,7 +9,7 @@ import operator
 
 import taichi as ti
 
-from taichi_tracer.system.seams import element, in_kernels, variable
+from taichi_tracer.system.compile_time import compile_time, element, variable
 
 
 class LaneComponents:
@@ -26,45 +26,45 @@ class LaneComponents:
     def __sub__(self, other):
         return LaneComponents(self.x - other.x, self.y - other.y, self.z - other.z)
 
-    @in_kernels
+    @compile_time
     def dot(self, other):
         """What ``tm.dot`` calls."""
         return self.x * other.x + self.y * other.y + self.z * other.z
 
-    @in_kernels
+    @compile_time
     def cross(self, other):
         """What ``tm.cross`` calls."""
         x, y, z = other.x, other.y, other.z
         return LaneComponents(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
 
 
-@in_kernels
+@compile_time
 def components(x, y, z):
     """``LaneComponents`` in a kernel."""
     return LaneComponents(x, y, z)
 
 
-@in_kernels
+@compile_time
 def shared(v):
     """``LaneComponents`` that all lanes share: those of a ``vec3``."""
     return LaneComponents(*(element(v, k) for k in range(3)))
 
 
-@in_kernels
+@compile_time
 def larger(a, b):
     """max, written so that the compiler uses vector instructions."""
     a, b = variable(a), variable(b)
     return ti.select(a > b, a, b)
 
 
-@in_kernels
+@compile_time
 def smaller(a, b):
     """min, written so that the compiler uses vector instructions."""
     a, b = variable(a), variable(b)
     return ti.select(a < b, a, b)
 
 
-@in_kernels
+@compile_time
 def lanes_of(is_met):
     """A mask with bit k + 1 for each lane k in which a condition holds.
 

@@ -20,7 +20,7 @@ from taichi_tracer.intersectors.bvh_wide import LEAF_BITS, leaf_reference
 from taichi_tracer.intersectors.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
-from taichi_tracer.system.seams import element, in_kernels, variable
+from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.tables import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
@@ -137,34 +137,34 @@ class LeafBlocks:
         tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
         tables.put(self.ids, numbers.reshape(-1, BLOCK))
 
-    @in_kernels
+    @compile_time
     def primitive(self, place):
         """The number of the primitive at a place."""
         return variable(element(self.ids, place >> BLOCK_BITS, place & (BLOCK - 1)))
 
-    @in_kernels
+    @compile_time
     def component(self, place, corner, axis):
         """A component of a vertex."""
         lanes = element(self.vertices, place >> BLOCK_BITS, axis)
         return element(lanes, BLOCK * corner + (place & (BLOCK - 1)))
 
-    @in_kernels
+    @compile_time
     def triangle(self, place):
         """The three vertices at a place."""
         place = variable(place)
         return self.vertex(place, 0), self.vertex(place, 1), self.vertex(place, 2)
 
-    @in_kernels
+    @compile_time
     def vertex(self, place, corner):
         """One of the three vertices at a place."""
         return variable(tm.vec3(*(self.component(place, corner, axis) for axis in range(3))))
 
-    @in_kernels
+    @compile_time
     def along(self, aim, block, axis):
         """The components of all vertices of a block along an axis, as the ray sees them."""
         return variable(element(self.vertices, block, axis))
 
-    @in_kernels
+    @compile_time
     def extremes(self, block, axis):
         """The smallest and the largest component along an axis of each primitive of a block."""
         vertices = variable(element(self.vertices, block, axis))
@@ -182,19 +182,19 @@ class LeafBlocks:
             mask = lanes_of(self.test(self, ray, aim, block))
         return mask
 
-    @in_kernels
+    @compile_time
     def edges(self, aim, block):
         """The edge functions of ``watertight`` for each triangle of a block."""
         x, y = self.projected(aim, block)
         return edge_functions(*(corner_of(numbers, corner) for corner in range(3) for numbers in (x, y)))
 
-    @in_kernels
+    @compile_time
     def exact_edges(self, aim, place):
         """The edge functions of one triangle with the right signs, as ``watertight`` computes them if one is 0."""
         corners = [number for corner in range(3) for number in self.projected_one(aim, place, corner)]
         return exact_edge_functions(*corners) if runtime.can_widen() else edge_functions(*corners)
 
-    @in_kernels
+    @compile_time
     def projected_one(self, aim, place, corner):
         """``projected`` for one triangle."""
         axes = aim.x, aim.y, aim.z
@@ -202,7 +202,7 @@ class LeafBlocks:
         along = variable(along)
         return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
 
-    @in_kernels
+    @compile_time
     def distances(self, ray, bounds, aim, block):
         """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
         axes = [self.along(aim, block, axis) for axis in range(3)]
@@ -221,7 +221,7 @@ class LeafBlocks:
         t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
         return variable(ti.select((t_near <= t_far) & (det != 0), t, -tm.inf))
 
-    @in_kernels
+    @compile_time
     def projected(self, aim, block):
         """All vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
         axes = aim.x, aim.y, aim.z
@@ -236,13 +236,13 @@ def is_inside(u, v, w):
     return u + v + w != 0 and not ((u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0))
 
 
-@in_kernels
+@compile_time
 def corner_of(numbers, corner):
     """The numbers of one corner, out of those of all vertices of a block."""
     return variable(ti.Vector([element(numbers, BLOCK * corner + lane) for lane in range(BLOCK)]))
 
 
-@in_kernels
+@compile_time
 def stable_normals(x, y, z):
     """``triangles.stable_normal`` of each triangle of a block, from the components of all vertices."""
     ex, ey, ez = (variable(next_corner(numbers) - numbers) for numbers in (x, y, z))
@@ -253,20 +253,20 @@ def stable_normals(x, y, z):
     return components(*p).cross(components(*q))
 
 
-@in_kernels
+@compile_time
 def corners(x, y, z, corner):
     """One vertex of each triangle of a block, from the components of all vertices."""
     return components(*(corner_of(numbers, corner) for numbers in (x, y, z)))
 
 
-@in_kernels
+@compile_time
 def next_corner(numbers):
     """b, c, a of the numbers a, b, c of each triangle."""
     count = 3 * BLOCK
     return variable(ti.Vector([element(numbers, (BLOCK + i) % count) for i in range(count)]))
 
 
-@in_kernels
+@compile_time
 def two_shortest(is_0_longest, is_1_longest, e):
     """A component of the two shortest of the three edges of each triangle, in the order of ``stable_normal``."""
     e0, e1, e2 = (corner_of(e, k) for k in range(3))

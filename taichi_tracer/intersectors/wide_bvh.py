@@ -32,9 +32,9 @@ from taichi_tracer.intersectors.leaf_blocks import (
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.blocks import in_own_block
+from taichi_tracer.system.compile_time import compile_time, element, in_own_block, variable
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import element, in_kernels, seams, variable
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -46,7 +46,7 @@ UNBRANCHED = 2  # children that are put on the stack without a branch: few rays 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class WideBVH(RayIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 
@@ -271,7 +271,7 @@ class WideBVH(RayIntersector):
                 following = waiting[top]
         return following, top
 
-    @in_kernels
+    @compile_time
     def near_and_far_plane(self, node, axis, is_forward):
         """The planes of the eight boxes of a node, along an axis, through which rays enter and leave."""
         places = ti.select(is_forward, axis, axis + 3), ti.select(is_forward, axis + 3, axis)

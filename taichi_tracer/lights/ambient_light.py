@@ -4,14 +4,14 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 
 
 @register
 @ti.data_oriented
-@seams(reflected="vec3")
+@overridable(reflected="vec3")
 class AmbientLight(GivenLight):
     """A stand-in for light that bounces: every surface shows I_a k_a, and k_a is the ambient colour Ka of its material.
 

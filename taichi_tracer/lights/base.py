@@ -9,11 +9,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.system.attributes import KnownAttributes
-from taichi_tracer.system.seams import seams
+from taichi_tracer.system.overrides import overridable
 
 
 @ti.data_oriented
-@seams(sample="vec3 number vec3 number", pdf="number", radiance="vec3")
+@overridable(sample="vec3 number vec3 number", pdf="number", radiance="vec3")
 class Light(KnownAttributes):
     """The interface. A subclass defines ``sample``; if it is not a delta light, also ``pdf`` and ``radiance``.
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.seams import seams
+from taichi_tracer.system.overrides import overridable
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class LampTable:
 
 
 @ti.data_oriented
-@seams(choose="number number number", probability="number")
+@overridable(choose="number number number", probability="number")
 class LampChoice:
     """The interface. A subclass defines ``prepare``, ``choose`` and ``probability``.
 

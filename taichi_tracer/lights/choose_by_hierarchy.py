@@ -15,8 +15,8 @@ import taichi.math as tm
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 
 
@@ -40,7 +40,7 @@ class LampTree:
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class ByHierarchy(LampChoice):
     """In proportion to a bound of what the lamps can contribute to the point."""
 

@@ -6,8 +6,8 @@ import taichi as ti
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -15,7 +15,7 @@ CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 
 
 @ti.data_oriented
-@seams("weights")
+@overridable("weights")
 class ByWeight(LampChoice):
     """A lamp is chosen with the probability weight / sum of all weights. A subclass defines ``weights``.
 
@@ -77,7 +77,7 @@ def cells_of(weights: np.ndarray) -> np.ndarray:
 
 @register
 @ti.data_oriented
-@seams("weights")
+@overridable("weights")
 class ByArea(ByWeight):
     """In proportion to the area, whatever the lamp emits: the course's sampling (A3-2)."""
 
@@ -90,7 +90,7 @@ class ByArea(ByWeight):
 
 @register
 @ti.data_oriented
-@seams("weights")
+@overridable("weights")
 class ByPower(ByWeight):
     """In proportion to area × luminance: bright lamps get more samples than dark lamps of the same size."""
 

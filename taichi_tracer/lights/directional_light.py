@@ -4,15 +4,15 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 from taichi_tracer.system.varying import varying
 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class DirectionalLight(GivenLight):
     """Light that comes to every point from the same direction.
 

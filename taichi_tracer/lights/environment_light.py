@@ -24,14 +24,14 @@ from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.seams import replaced, seams
+from taichi_tracer.system.overrides import overridable, replaced
 from taichi_tracer.system.tables import Tables
 
 EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
 
 
 @ti.data_oriented
-@seams("sample_direction", "pdf")
+@overridable("sample_direction", "pdf")
 class EnvironmentLight(Light):
     """Light from infinitely far away.
 

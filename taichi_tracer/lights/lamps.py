@@ -28,7 +28,7 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.seams import called, seams
+from taichi_tracer.system.overrides import call_with_known_args, overridable
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -41,7 +41,7 @@ SMALL_LAMP = 0.1
 
 
 @ti.data_oriented
-@seams()
+@overridable()
 class Lamps(Light):
     """All surfaces of a scene that emit light. A triangle emits from its front (A3-1); ``two_sided`` adds its back.
 
@@ -141,7 +141,7 @@ class Lamps(Light):
     @ti.func
     def sample_of_choice(self, x):
         """(w_i, distance, radiance, pdf) of a direction that the choice itself samples, see ``samples_points``."""
-        w_i, triangle_id = called(self.choice.sample_mesh_lights, x)
+        w_i, triangle_id = call_with_known_args(self.choice.sample_mesh_lights, x)
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         n = self.geometry.unit_normals[triangle_id]
         cosine = -tm.dot(w_i, n)
@@ -151,7 +151,7 @@ class Lamps(Light):
         if cosine > 0:
             distance = tm.dot(v0 - x, n) / tm.dot(w_i, n)
             light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
-            pdf = called(self.choice.evaluate_probability) * distance * distance / cosine
+            pdf = call_with_known_args(self.choice.evaluate_probability) * distance * distance / cosine
         # Shortened by the rounding of the distance, so that the triangle does not block its own light.
         return w_i, distance * (1 - ti.static(16 * runtime.epsilon())), light, pdf
 

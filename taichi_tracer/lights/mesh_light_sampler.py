@@ -10,12 +10,14 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.random_numbers import given_or_drawn
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import called, seams
+from taichi_tracer.system.overrides import call_with_known_args, overridable
 from taichi_tracer.system.varying import varying
 
 
 @ti.data_oriented
-@seams("compute_triangle_area", "compute_cdf", "sample_emissive_triangle", "evaluate_probability", "sample_mesh_lights")
+@overridable(
+    "compute_triangle_area", "compute_cdf", "sample_emissive_triangle", "evaluate_probability", "sample_mesh_lights"
+)
 class MeshLightSampler(LampChoice):
     """The handout's sampler of mesh lights: a point uniform on all emissive triangles together (A3-2).
 
@@ -52,7 +54,7 @@ class MeshLightSampler(LampChoice):
     def _compute_areas(self):
         for i in self.areas:
             v0, v1, v2 = self.geometry.triangle(self.emissive_triangle_ids[i])
-            self.areas[i] = called(self.compute_triangle_area, v0, v1, v2)
+            self.areas[i] = call_with_known_args(self.compute_triangle_area, v0, v1, v2)
 
     @staticmethod
     @ti.func
@@ -92,7 +94,7 @@ class MeshLightSampler(LampChoice):
     @ti.func
     def sample_mesh_lights(self, hit_point, xi: ti.template() = None):
         """(w_i, triangle id) of the direction from a point to a point that is uniform on the emissive triangles."""
-        triangle_id = self.emissive_triangle_ids[called(self.sample_emissive_triangle)]
+        triangle_id = self.emissive_triangle_ids[call_with_known_args(self.sample_emissive_triangle)]
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         place = uniform_triangle(given_or_drawn(xi))
         y = v0 + place.x * (v1 - v0) + place.y * (v2 - v0)
@@ -101,10 +103,10 @@ class MeshLightSampler(LampChoice):
     @ti.func
     def choose(self, x, n, xi):
         """(i, probability, ξ) of the i-th emissive triangle."""
-        i = called(self.sample_emissive_triangle, xi=tm.vec2(xi))
+        i = call_with_known_args(self.sample_emissive_triangle, xi=tm.vec2(xi))
         return i, self.probability(x, n, i), xi
 
     @ti.func
     def probability(self, x, n, lamp):
         """Its area × ``evaluate_probability``."""
-        return self.areas[lamp] * called(self.evaluate_probability)
+        return self.areas[lamp] * call_with_known_args(self.evaluate_probability)

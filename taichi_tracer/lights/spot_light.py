@@ -7,15 +7,15 @@ import taichi.math as tm
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.lights.point_light import fall, towards
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 from taichi_tracer.system.varying import varying
 
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class SpotLight(GivenLight):
     """A point light with the factor s(θ), where θ is the angle at the light between its axis and the point that is lit.
 

@@ -11,8 +11,8 @@ from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Shot
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @register
 @ti.data_oriented
-@seams()
+@overridable()
 class RT3Renderer(ProgressiveRenderer):
     """A picture of a scene with one of RT3's integrators. Arguments as for ``ProgressiveRenderer``."""
 

@@ -4,13 +4,13 @@ import taichi as ti
 
 from taichi_tracer.formulas.hashes import as_fraction, pcg4d
 from taichi_tracer.samplers.points import PointSampler
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
-@seams("point")
+@overridable("point")
 class IndependentSampler(PointSampler):
     """Independent uniform numbers: for n samples, the error decreases as n^(−1/2) for every integrand."""
 

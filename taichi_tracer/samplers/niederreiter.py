@@ -6,13 +6,13 @@ from taichi_tracer.formulas.finite_fields import first_pair, second_pair
 from taichi_tracer.formulas.hashes import as_fraction, pcg4d, reverse_bits, scramble_reversed
 from taichi_tracer.random_numbers import TERM_BIT
 from taichi_tracer.samplers.points import PointSampler
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
-@seams("point")
+@overridable("point")
 class NiederreiterSampler(PointSampler):
     """Owen-scrambled points of Niederreiter's (0, 4)-sequence in base 4: the pixel and a direction are even together.
 
@@ -53,7 +53,7 @@ class NiederreiterSampler(PointSampler):
 
 @register
 @ti.data_oriented
-@seams("point")
+@overridable("point")
 class TwoNiederreiterSampler(NiederreiterSampler):
     """Two sequences of ``NiederreiterSampler``: a larger error, which is known more exactly.
 

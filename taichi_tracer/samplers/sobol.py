@@ -4,13 +4,13 @@ import taichi as ti
 
 from taichi_tracer.formulas.hashes import as_fraction, pascal_matrix, pcg4d, reverse_bits, scramble_reversed
 from taichi_tracer.samplers.points import PointSampler
+from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
-@seams("point")
+@overridable("point")
 class SobolSampler(PointSampler):
     """Owen-scrambled Sobol' points: every use takes the first two dimensions in another order (Burley 2020).
 

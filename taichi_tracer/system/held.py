@@ -86,8 +86,3 @@ def held(value: Any, assign: Callable[[Any], None]) -> Any:
         made = HeldInt(value) if isinstance(value, int) else HeldFloat(value)
     made._assign = assign
     return made
-
-
-def element(field: Any, *indices: Any) -> Any:
-    """An element of a field, inside a kernel; for properties that Python and kernels can read."""
-    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, *indices)

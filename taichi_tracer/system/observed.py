@@ -16,7 +16,7 @@ from typing import Any
 
 from taichi.lang import impl
 
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 Observer = Callable[..., Any]  # (part, call, *arguments) → what the method returns; with a watcher, that comes first
 CLASSES = 256  # observed classes that are remembered
@@ -25,8 +25,8 @@ CLASSES = 256  # observed classes that are remembered
 def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) -> Any:
     """A copy of a part, of a class derived from its own, whose named methods go through observers.
 
-    A method may be replaced in every way that ``seams`` allows: in a subclass, by an assignment to the class or to the
-    object, with ``self`` or without it, as a static method. A copy may be observed again: the last observer is the
+    A method may be replaced in every way that ``overridable`` allows: in a subclass, by an assignment to the class or
+    to the object, with ``self`` or without it, as a static method. A copy may be observed again: the last observer is the
     first one that runs.
 
     Args:
@@ -66,7 +66,7 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
         call = original if is_own else original.__get__(self, type(self))
         try:
             given = inspect.signature(call).bind(*arguments, **named)
-        except TypeError:  # a function without ``self``, see ``seams.called``
+        except TypeError:  # a function without ``self``, see ``overrides.call_with_known_args``
             call = plain
             given = inspect.signature(call).bind(*arguments, **named)
         watcher = () if level is None else (self.watchers[level],)
@@ -74,11 +74,11 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
 
     signature = inspect.signature(plain)
     names = list(signature.parameters)
-    if names[:1] != ["self"]:  # this one has it, and says so to ``seams.called``
+    if names[:1] != ["self"]:  # this one has it, and says so to ``overrides.call_with_known_args``
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         signature = signature.replace(parameters=[first, *signature.parameters.values()])
     method.__signature__ = signature  # type: ignore[attr-defined]
-    return in_kernels(method)
+    return compile_time(method)
 
 
 def before(act: Callable[..., object]) -> Observer:

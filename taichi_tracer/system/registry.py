@@ -23,7 +23,7 @@ from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.seams import assigned, check_part, replaced, unfinished
+from taichi_tracer.system.overrides import assigned, check_part, replaced, unfinished
 from taichi_tracer.system.threads import one_at_a_time
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).

@@ -6,7 +6,7 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.system import memory
-from taichi_tracer.system.seams import element, in_kernels, variable
+from taichi_tracer.system.compile_time import compile_time, element, variable
 
 NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
 
@@ -45,7 +45,7 @@ class SomePixels:
         """Every chosen pixel takes every sample, see ``Shares.sample_of``."""
         return index, True
 
-    @in_kernels
+    @compile_time
     def record(self, x, y, value, index) -> None:
         """Take the sample of a pixel, see ``Film.record``."""
         if self.take is None:

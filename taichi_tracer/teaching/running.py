@@ -16,11 +16,11 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
-from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
 from taichi_tracer.teaching.loading import OK, Loaded, crash, is_method, solution_of, taken_name
@@ -139,7 +139,7 @@ def without_the_packages(subject: Any, part: Part) -> Iterator[None]:
     """
     name = f"{part.replaces}.{part.method}"
 
-    @in_kernels
+    @compile_time
     def refuse(*_arguments, **_named):
         raise InputError(f"{name} calls the package's own {part.method}, which it should replace")
 
@@ -185,7 +185,7 @@ def beside_the_solution(part: Part, student: Loaded, solution: Loaded, files: di
 # ── random numbers ──
 
 
-@in_kernels
+@compile_time
 def next_number(*_type):
     """One number of the sample that the kernel began; used in place of ``ti.random``, which differs from run to run."""
     rng = RandomNumbers.of_this_kernel()

@@ -8,7 +8,7 @@ errors and comparisons always have the linear values.
 
 from typing import Any
 
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 
 class Tone:
@@ -24,7 +24,7 @@ class Tone:
     required = ("curve",)
     white: float = 1.0
 
-    @in_kernels
+    @compile_time
     def curve(self, x: Any) -> Any:
         """Linear light in [0, 1] for exposed radiance x in [0, ``white``]; ``curve(0)`` is 0, and it never decreases.
 

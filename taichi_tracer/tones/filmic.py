@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.tones.base import Tone
 
 # The constants of the source: shoulder strength, linear strength, linear angle, toe strength, toe numerator and toe
@@ -27,7 +27,7 @@ class Filmic(Tone):
 
     name, label, white = "filmic", "Filmic", WHITE / BIAS
 
-    @in_kernels
+    @compile_time
     def curve(self, x: Any) -> Any:
         """h(2 x) / h(11.2)."""
         return hable(BIAS * x) * (1 / hable(WHITE))

@@ -8,7 +8,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.tones.base import Tone
 
 ROUND = 1.0, 2.0, 5.0, 10.0  # times a power of ten
@@ -34,7 +34,7 @@ class Heat(Tone):
 
     name, label = "heat", "Heat"
 
-    @in_kernels
+    @compile_time
     def curve(self, x: Any) -> Any:
         """The colour; x is an array whose last axis has the channels, or a vector."""
         if isinstance(x, np.ndarray):

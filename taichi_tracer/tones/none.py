@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.tones.base import Tone
 
 
@@ -13,7 +13,7 @@ class NoTone(Tone):
 
     name, label, white = "none", "None", 1.0
 
-    @in_kernels
+    @compile_time
     def curve(self, x: Any) -> Any:
         """x."""
         return x

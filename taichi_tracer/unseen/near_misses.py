@@ -23,9 +23,10 @@ from taichi.lang import impl
 
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.observed import observed, observed_scene
+from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.recent import Recent
-from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import is_like_mirror
@@ -186,7 +187,7 @@ class NearMissCounter:
         observers = {"scene": {"surface_at": reaching, "visible": looking_at}, "lights": {"arriving": looking_along}}
         return observed_scene(scene, observers, self), observed(sampler, {"start": beginning}, (self, integrator))
 
-    @in_kernels
+    @compile_time
     def begin(self, x, y, integrator) -> None:
         """Begin a sample of a pixel."""
         self.x, self.y = x, y

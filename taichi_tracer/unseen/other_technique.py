@@ -36,7 +36,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system import memory
 from taichi_tracer.system.observed import observed
-from taichi_tracer.system.seams import unfinished
+from taichi_tracer.system.overrides import unfinished
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes

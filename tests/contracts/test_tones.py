@@ -7,13 +7,13 @@ from support import start
 import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.contracts.tones import check_tone
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 
 class Lifted(tt.Tone):
     name = "broken: lifts black"
 
-    @in_kernels
+    @compile_time
     def curve(self, x):
         return 0.1 + 0.9 * x
 
@@ -21,7 +21,7 @@ class Lifted(tt.Tone):
 class Wave(tt.Tone):
     name = "broken: goes back"
 
-    @in_kernels
+    @compile_time
     def curve(self, x):
         return x * (4 - 3 * x)
 
@@ -29,7 +29,7 @@ class Wave(tt.Tone):
 class Grey(tt.Tone):
     name, white = "broken: white stays grey", 4.0
 
-    @in_kernels
+    @compile_time
     def curve(self, x):
         return x / (1 + x)
 
@@ -37,7 +37,7 @@ class Grey(tt.Tone):
 class TwoFormulas(tt.Tone):
     name = "broken: kernels differ"
 
-    @in_kernels
+    @compile_time
     def curve(self, x):
         return x if isinstance(x, np.ndarray) else x * x
 

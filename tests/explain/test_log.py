@@ -8,7 +8,7 @@ from support import start
 
 from taichi_tracer.explain.log import Log
 from taichi_tracer.ray import Ray
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 
 
 @ti.data_oriented
@@ -25,7 +25,7 @@ class Noting:
             self.log.is_on[None] = ti.cast(k != 1, ti.i32)
             self.note(k, Ray(origin=tm.vec3(k, 0.1, -0.5), direction=tm.vec3(0, 0, 1)))
 
-    @in_kernels
+    @compile_time
     def note(self, k, ray):
         self.log.note("number", k=k, pair=(k + 1, tm.vec2(2, 3)))
         self.log.note("ray", "begin", ray=ray)

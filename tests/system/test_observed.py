@@ -7,14 +7,14 @@ import pytest
 import taichi as ti
 
 import taichi_tracer
-from taichi_tracer.system.seams import called
+from taichi_tracer.system.overrides import call_with_known_args
 
 pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel
 def ask(part: ti.template(), number: ti.i32) -> ti.i32:
-    return called(part.scaled, number, plus=1)
+    return call_with_known_args(part.scaled, number, plus=1)
 
 
 def test_samples_begin_in_one_place():

@@ -8,9 +8,9 @@ import numpy as np
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
+from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
-from taichi_tracer.system.seams import replaced
 
 OWN_TEST = "own"  # in place of a triangle test, where the intersector has an ``intersect_triangle`` of its own
 PLAIN = "bvh"  # a hierarchy that is built in Python, triangle by triangle

@@ -1,7 +1,7 @@
 """What the methods of a part must return, and what a student's own method does return while a kernel is read.
 
-``seams(eval="vec3", pdf="number")`` says it in the class that defines the methods. A kind is "number", "truth", "vec2",
-"vec3", the name of a struct, or several of them with spaces between: a method then returns as many values.
+``overridable(eval="vec3", pdf="number")`` says it in the class that defines the methods. A kind is "number", "truth",
+"vec2", "vec3", the name of a struct, or several of them with spaces between: a method then returns as many values.
 """
 
 import weakref

@@ -4,7 +4,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import memory
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
@@ -214,7 +214,7 @@ def write_scalar_now(of: ti.template()):
     write_scalar(of)
 
 
-@in_kernels
+@compile_time
 def precompute_scalar(self):
     """The method that stands in place of a wrong one."""
     (write_scalar if inside_kernel() else write_scalar_now)(self)

@@ -6,18 +6,18 @@ import taichi as ti
 import taichi.math as tm
 from probe import ask, put
 
-from taichi_tracer.system.seams import (
+from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.overrides import (
+    adapt_signature,
     assigned,
-    called,
-    fit,
-    in_kernels,
+    call_with_known_args,
+    overridable,
     replaced,
-    seams,
     why_replaced,
 )
 
 
-@seams("first", "second")
+@overridable("first", "second")
 class Plain:
     """Comes with the package, as it were."""
 
@@ -31,7 +31,7 @@ class Plain:
         return 3
 
 
-@seams("third")
+@overridable("third")
 class Shipped(Plain):
     """Also comes with the package: its own ``first`` is no replacement."""
 
@@ -84,13 +84,13 @@ def test_assigning_to_an_object_replaces_for_it_alone():
 
 def test_a_function_without_self_is_called_without_it(monkeypatch):
     monkeypatch.setattr(Plain, "first", lambda a, xi=0: (a, xi), raising=True)
-    assert called(Plain().first, 7, xi=3) == (7, 3)
+    assert call_with_known_args(Plain().first, 7, xi=3) == (7, 3)
     monkeypatch.setattr(Plain, "first", lambda: "nothing")
-    assert called(Plain().first, xi=3) == "nothing"
+    assert call_with_known_args(Plain().first, xi=3) == "nothing"
 
 
 def test_a_method_with_fewer_parameters_gets_the_first_arguments():
-    @seams("sample")
+    @overridable("sample")
     class Shipped:
         def sample(self, scene, surface, xi):
             return scene, surface, xi
@@ -108,14 +108,14 @@ def test_a_method_with_fewer_parameters_gets_the_first_arguments():
 
     own = vars(Fewer)["sample"]
     for cls in (Fewer, Renamed, Untouched, Fewer):
-        fit(cls)
+        adapt_signature(cls)
     assert Fewer().sample(1, 2, 3) == (1, 2)
     assert Renamed().sample(1, 2, 3) == 3
     assert Untouched().sample(1, 2, 3) == (1, 2, 3)
     assert (Fewer.sample, replaced(Fewer())) == (own, ("sample",))
     assert "sample" not in vars(Untouched)
     Fewer.sample = lambda self, scene, surface: scene  # in a notebook, later
-    fit(Fewer)
+    adapt_signature(Fewer)
     assert Fewer().sample(1, 2, 3) == 1
 
 
@@ -127,7 +127,7 @@ def _twice(x):
     return 2 * x
 
 
-@in_kernels
+@compile_time
 def _chosen(x, how):
     """Chooses in Python, and calls a Taichi function."""
     return _twice(x) if how == "twice" else x
@@ -135,7 +135,14 @@ def _chosen(x, how):
 
 @ti.func
 def _probe(rows: ti.template(), out: ti.template(), i):
-    put(out, i, 0, tm.vec3(_chosen(rows[i, 0], "twice"), _chosen(rows[i, 0], "once"), called(_twice, rows[i, 0], xi=3)))
+    put(
+        out,
+        i,
+        0,
+        tm.vec3(
+            _chosen(rows[i, 0], "twice"), _chosen(rows[i, 0], "once"), call_with_known_args(_twice, rows[i, 0], xi=3)
+        ),
+    )
 
 
 def test_a_kernel_calls_a_python_function_while_it_is_compiled(precision):

@@ -1,25 +1,22 @@
-"""Seams: methods that a student may replace. Which of them were replaced, and how they are called by their signature.
+"""Methods that a student may replace. Which of them were replaced, and how they are called by their signature.
 
 If a student replaces a method of the handouts, in a subclass or by an assignment to the class, the student's code must
 run. ``replaced`` says for every part which methods these are.
 """
 
-import functools
 import inspect
 from collections.abc import Callable
-from types import MethodType, SimpleNamespace
+from types import MethodType
 from typing import Any, TypeVar
 
 import taichi as ti
-from taichi.lang import impl
-from taichi.lang.exception import TaichiSyntaxError
 
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.own_code.interface import check_class, check_method, note_misspelt
 from taichi_tracer.system.threads import inside_kernel
 
 Class = TypeVar("Class", bound=type)
-Function = TypeVar("Function", bound=Callable)
 
 # Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
@@ -27,7 +24,7 @@ _SHIPPED: dict[type, dict[str, object]] = {}
 _GIVES: dict[type, dict[str, str]] = {}
 
 
-def seams(*names: str, **gives: str) -> Callable[[Class], Class]:
+def overridable(*names: str, **gives: str) -> Callable[[Class], Class]:
     """A class decorator that remembers the original methods of the class that a student may replace.
 
     Args:
@@ -88,7 +85,7 @@ class Unfinished:
     """
 
     def __init__(self, function: Callable, error: OwnCodeError) -> None:
-        self.written, self.error, self.use = function, error, in_kernels(self._use)
+        self.written, self.error, self.use = function, error, compile_time(self._use)
 
     def _use(self, *_arguments: Any, **_named: Any) -> None:
         raise OwnCodeError(self.error.args[0], self.error.text, self.error.file, self.error.line)
@@ -142,7 +139,7 @@ def why_replaced(part) -> str:
     return f"{cls.__name__} replaces {', '.join(names)}" if names else ""
 
 
-def fit(cls: type) -> None:
+def adapt_signature(cls: type) -> None:
     """Let the package call methods of a class that a student has written with fewer parameters than the package's.
 
     For example, ``sample(self, scene, surface)`` draws its random numbers itself, and is called without ``xi``.
@@ -165,7 +162,7 @@ class Fitted:
 
     def __init__(self, function: Callable) -> None:
         self.written = function
-        self.call = in_kernels(lambda of, *arguments: function(of, *arguments[: len(parameters(function))]))
+        self.call = compile_time(lambda of, *arguments: function(of, *arguments[: len(parameters(function))]))
 
     def __get__(self, owner: object, cls: type | None = None) -> object:
         return self.written if owner is None else MethodType(self.call, owner)
@@ -187,51 +184,8 @@ def takes_whole_numbers(function) -> bool:
     return bool(annotations) and annotations[0] in (int, ti.i8, ti.i16, ti.i32, ti.i64, ti.u8, ti.u16, ti.u32, ti.u64)
 
 
-def runs_in_kernels(function) -> bool:
-    """Whether only kernels can call a function: it has ``@ti.func``, and is not made by ``in_kernels``."""
-    return hasattr(function, "_is_taichi_function") and not getattr(function, "is_for_python_too", False)
-
-
-def in_kernels(function: Function) -> Function:
-    """Let kernels call a Python function at compile time. It may inspect its arguments and call Taichi functions.
-
-    Python runs it, and Taichi need not read its source: a small function that kernels call in many places is read in a
-    fifth of the time. What it assigns to a name is an expression, which is computed at each use, see ``variable``.
-    """
-    marks = {"_is_taichi_function": True, "is_for_python_too": True}
-    function.__dict__.update(marks, func=SimpleNamespace(has_print=False))  # Taichi reads ``func`` of what kernels call
-    return function
-
-
-@in_kernels
-def variable(value):
-    """A value that a function with ``in_kernels`` uses several times: kernels compute it once, and keep it."""
-    if not inside_kernel():  # as Taichi says it of its own functions
-        raise TaichiSyntaxError("Taichi functions cannot be called from Python-scope.")
-    return impl.expr_init(value)
-
-
-@in_kernels
-def element(field, *indices):
-    """``field[indices]`` in a function with ``in_kernels``."""
-    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, *indices)
-
-
-def in_kernels_as(inside: Callable) -> Callable[[Function], Function]:
-    """Let kernels call a method of Python; at compile time, ``inside(object)`` takes its place there."""
-
-    def decorate(method: Any) -> Any:
-        @functools.wraps(method)
-        def either(owner: object) -> Any:
-            return inside(owner) if inside_kernel() else method(owner)
-
-        return in_kernels(either)
-
-    return decorate
-
-
-@in_kernels
-def called(method, *arguments, **offered):
+@compile_time
+def call_with_known_args(method, *arguments, **offered):
     """``method(*arguments)``, and those of the ``offered`` arguments that the method has parameters for.
 
     The signatures of the handouts have fewer parameters than those of the package. For example,
