@@ -11,11 +11,10 @@ from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.annotations import AbstractAnnotation
-from taichi_tracer.system.attributes import KnownAttributes
+from taichi_tracer.system.attributes import AbstractAnnotation, KnownAttributes
 from taichi_tracer.system.compile_time import element, runs_in_kernels
+from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
-from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.own_code.source import fault
 from taichi_tracer.system.tables import Tables

@@ -15,8 +15,8 @@ from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.compile_time import element
+from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.tables import Tables

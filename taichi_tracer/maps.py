@@ -22,8 +22,8 @@ from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.lru import Lru
 from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
@@ -71,7 +71,7 @@ class MapRenderer(ProgressiveRenderer):
         self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
-        self._parts = Recent(KEPT_FORMS)
+        self._parts = Lru(KEPT_FORMS)
         super().__init__(scene_data, width, height, **options)
 
     # ── what is measured ──

@@ -10,7 +10,7 @@ from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
-from taichi_tracer.system.annotations import Spelled
+from taichi_tracer.system.attributes import Spelled
 from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, printable
 from taichi_tracer.system.overrides import replaced

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Any
 
-from taichi_tracer.system.held import held
+from taichi_tracer.system.course_fields import held
 
 
 class Mode(IntEnum):

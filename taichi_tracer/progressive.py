@@ -32,8 +32,8 @@ from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.held import held
 from taichi_tracer.system.overrides import adapt_signature, call_with_known_args, overridable, replaced, why_replaced
 from taichi_tracer.system.own_code.rules import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS

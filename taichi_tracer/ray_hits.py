@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.digits import digits, digits_of
+from taichi_tracer.system.array_pool import ArrayPool
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.reuse import Reused
+from taichi_tracer.system.formatting import digits, digits_of
 
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 # The real numbers of one hit, and how many each member has; and the whole numbers. ``write_hit`` has the same order.
@@ -54,7 +54,7 @@ class RayHits:
     position: np.ndarray
 
     @classmethod
-    def of_memory(cls, n: int, dtype: type[np.floating], reused: Reused) -> "tuple[RayHits, np.ndarray, np.ndarray]":
+    def of_memory(cls, n: int, dtype: type[np.floating], reused: ArrayPool) -> "tuple[RayHits, np.ndarray, np.ndarray]":
         """Arrays without values for n rays, whose flags are int32; and all numbers of them, real and whole, in a row.
 
         They are parts of one array, because only the memory of large arrays is reused. Without that, the system would

@@ -17,8 +17,8 @@ from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.overrides import call_with_known_args, overridable
 from taichi_tracer.system.registry import PARTS, register

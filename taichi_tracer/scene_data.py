@@ -41,12 +41,12 @@ from taichi_tracer.scene_parts import (
     make_intersector,
 )
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.array_pool import ArrayPool
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.lru import Lru
 from taichi_tracer.system.overrides import replaced, why_replaced
-from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.reuse import Reused
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures
@@ -132,8 +132,8 @@ class SceneData(KnownAttributes):
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
         self._view_of = view_of_mesh if view is None else view
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
-        self._in_kernels = Recent(KEPT_FORMS)
-        self._reused = Reused()  # the memory of the results of ``intersect``
+        self._in_kernels = Lru(KEPT_FORMS)
+        self._reused = ArrayPool()  # the memory of the results of ``intersect``
 
     @property
     def ground(self) -> bool:
@@ -268,7 +268,7 @@ class SceneData(KnownAttributes):
     def destroy(self) -> None:
         """Free the scene's memory now; it cannot be used afterwards."""
         self._memory.free()
-        self._reused = Reused()
+        self._reused = ArrayPool()
         self.ray_intersector.destroy()
 
     @ti.func

@@ -13,8 +13,8 @@ from taichi_tracer.files.images import read_image, told_display
 from taichi_tracer.picture.bias import shift_of
 from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system import runtime
-from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.formatting import digits_of
 from taichi_tracer.tones.heat import heat
 
 MOST_Z = 3.0  # of a difference that is noise; it is larger in 3 of 1,000 comparisons of the same picture

@@ -1,4 +1,4 @@
-"""The border to the code of the Taichi course: its students' files, its ids from 1, and renderers that only it has.
+"""The adapter to the code of the Taichi course: its students' files, its ids from 1, and renderers that only it has.
 
 ``tt.course("A1_codebase/taichi_tracer")`` uses a student's files in all pictures of this process, see ``use.Course``::
 

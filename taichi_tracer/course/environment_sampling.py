@@ -11,8 +11,8 @@ from taichi_tracer.modes import Mode
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.held import held
 
 
 @ti.data_oriented

@@ -12,14 +12,14 @@ from typing import Any
 from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
 
 import taichi_tracer as tt
-from taichi_tracer.course import borders, files
+from taichi_tracer.course import adapters, files
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.overrides import unfinished
 
 ABSENT = object()
-# The class of this package whose methods a border of the same name has.
+# The class of this package whose methods an adapter of the same name has.
 CLASSES: dict[str, Any] = {
     "Camera": tt.Camera,
     "Environment": tt.Environment,
@@ -40,7 +40,7 @@ LEFT = (
     "alone",
     "without",
     "name",
-)  # of a border, what is not assigned to the package's class
+)  # of an adapter, what is not assigned to the package's class
 
 
 class Course:
@@ -60,7 +60,7 @@ class Course:
         found = files.load(folder)
         self.folder = found.folder
         self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}
-        made = borders.borders_of(found.classes)
+        made = adapters.adapters_of(found.classes)
         self._members = {name: members_of(cls) for name, cls in made.items()}
         others = {f"{name}.{method}": why for name, cls in made.items() for method, why in cls.other_arguments.items()}
         self.other_arguments = others
@@ -75,7 +75,7 @@ class Course:
         self.unfinished = {f"{name}.{method}": why for name, found in not_done for method, why in found.items()}
         self.uses = []
         for name, members in self._members.items():
-            methods = [f"{name}.{member}" for member in members if member in borders.WRITTEN]
+            methods = [f"{name}.{member}" for member in members if member in adapters.WRITTEN]
             methods = [method for method in methods if method not in self.unfinished]
             if methods:
                 self.uses.append(f"{self._home[name]}: {', '.join(methods)}")
@@ -157,9 +157,9 @@ class StudentKernel:
         return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
 
 
-def members_of(border: type) -> dict[str, Any]:
-    """What a border defines."""
-    members = {name: value for name, value in vars(border).items() if name not in LEFT}
+def members_of(adapter: type) -> dict[str, Any]:
+    """What an adapter defines."""
+    members = {name: value for name, value in vars(adapter).items() if name not in LEFT}
     return {n: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for n, v in members.items()}
 
 

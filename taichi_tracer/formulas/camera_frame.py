@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from taichi_tracer.formulas.points import box_of
-from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.formatting import digits_of
 
 # The smallest sine of the angle between up and the gaze. Below it, f32 positions no longer determine where x_c points.
 SMALLEST_SINE = 1e-6

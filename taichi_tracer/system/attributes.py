@@ -1,14 +1,22 @@
-"""A value that nobody reads is refused: ``renderer.max_bounce = 3`` would change nothing, and say nothing."""
+"""What classes of this package refuse and what they are to Taichi.
+
+A value that nobody reads is refused: ``renderer.max_bounce = 3`` would change nothing, and say nothing. And a class may
+be the annotation of an argument of a kernel, as handouts write it: ``material: Material``. Taichi accepts only types of
+its own there, so that an argument with such a class as its annotation is passed as if it had none.
+"""
 
 import difflib
 import inspect
 import os
 import sys
+from abc import ABCMeta
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from taichi_tracer.system.errors import InputError
+import taichi as ti
+
+from taichi_tracer.system.errors import InputError, no_argument
 
 OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
 PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # files of it that run under another name, too
@@ -59,3 +67,34 @@ def unknown(part: object, name: str) -> InputError:
     guess = f": did you mean {near[0]!r}?" if near else "."
     where = "Attributes of your own belong into your class, or into its __init__"
     return InputError(f"{type(part).__name__} has no attribute {name!r}{guess} {where}")
+
+
+class Annotation(type):
+    """The class of a class that is an annotation: to ``isinstance``, which Taichi asks, it is a ``ti.template``."""
+
+    if not TYPE_CHECKING:
+
+        @property
+        def __class__(cls) -> Any:
+            return ti.template
+
+
+class Spelled(Annotation):
+    """The same for a dataclass, which names the most similar argument to one that it does not have."""
+
+    @property
+    def __signature__(cls) -> inspect.Signature:
+        of_init = inspect.signature(vars(cls)["__init__"])
+        shown = [p.replace(annotation=p.empty) for name, p in of_init.parameters.items() if name != "self"]
+        return of_init.replace(parameters=shown, return_annotation=of_init.empty)
+
+    def __call__(cls, *values: Any, **named: Any) -> Any:
+        known = list(inspect.signature(vars(cls)["__init__"]).parameters)
+        for name in named:
+            if name not in known:
+                raise no_argument(cls.__name__, name, known)
+        return super().__call__(*values, **named)
+
+
+class AbstractAnnotation(Annotation, OfObjects, ABCMeta):
+    """The same for an abstract class."""

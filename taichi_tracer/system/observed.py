@@ -26,8 +26,8 @@ def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) 
     """A copy of a part, of a class derived from its own, whose named methods go through observers.
 
     A method may be replaced in every way that ``overridable`` allows: in a subclass, by an assignment to the class or
-    to the object, with ``self`` or without it, as a static method. A copy may be observed again: the last observer is the
-    first one that runs.
+    to the object, with ``self`` or without it, as a static method. A copy may be observed again: the last observer runs
+    first.
 
     Args:
         observers: the name of a method → its observer. Names that the part does not have are left out.

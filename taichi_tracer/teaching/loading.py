@@ -93,8 +93,8 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
 
 
 def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
-    """The classes of files that were written for the course, behind their borders."""
-    files, borders = import_quickly("taichi_tracer.course.files"), import_quickly("taichi_tracer.course.borders")
+    """The classes of files that were written for the course, behind their adapters."""
+    files, adapters = import_quickly("taichi_tracer.course.files"), import_quickly("taichi_tracer.course.adapters")
     found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
     graduate = files.GRADUATE.get(assignment.name, {})
     folder = found.folder
@@ -104,7 +104,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
             loaded.errors[file] = crash(found.errors[file], folder)
         elif not (folder / file).is_file():
             loaded.errors[file] = PartResult(MISSING, message=f"the file {file} is missing", file=file)
-    classes = borders.borders_of(found.classes)
+    classes = adapters.adapters_of(found.classes)
     loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
     for name, file in graduate.items():
         if file in found.errors and file not in asked.values():

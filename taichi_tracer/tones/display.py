@@ -6,8 +6,8 @@ from numbers import Real
 
 import numpy as np
 
-from taichi_tracer.system.digits import digits
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.formatting import digits
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.base import Tone
 

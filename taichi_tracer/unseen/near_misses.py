@@ -24,9 +24,9 @@ from taichi.lang import impl
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.lru import Lru
 from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.overrides import replaced
-from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import is_like_mirror
@@ -161,7 +161,7 @@ class NearMissCounter:
         self._zeros = Tables()
         for field in (self.per_pixel, self.near, self.met):
             self._zeros.put(field, np.zeros(field.shape, np.int32))
-        self._watched = Recent(KEPT)
+        self._watched = Lru(KEPT)
 
     def is_over(self) -> bool:
         """Whether its fields are gone, because Taichi was started again."""

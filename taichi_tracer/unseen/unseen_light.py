@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.recent import Recent
+from taichi_tracer.system.lru import Lru
 from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
 from taichi_tracer.unseen.rare_light import KNOWN
@@ -77,7 +77,7 @@ class UnseenLight:
         self.counter: NearMissCounter | None = None
         self._before: NearMisses | None = None  # of the samples that were loaded or merged
         self._of: Any = None  # the environment of the counter
-        self._counters = Recent(KEPT_COUNTERS)
+        self._counters = Lru(KEPT_COUNTERS)
 
     def begin(self, environment: Any, kernel_scene: Callable[[], Any], width: int, height: int) -> None:
         """Count the near misses of an environment, if light can be missed; None counts nothing.
@@ -87,7 +87,7 @@ class UnseenLight:
         """
         is_over = self.counter is not None and self.counter.is_over()
         if is_over:
-            self._counters = Recent(KEPT_COUNTERS)
+            self._counters = Lru(KEPT_COUNTERS)
         if environment is not self._of or is_over:
             self.counter = None
             if environment is not None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.course import borders, files
+from taichi_tracer.course import adapters, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, RIGHT
 from taichi_tracer.teaching.grade import GradingSettings, grade
@@ -68,7 +68,7 @@ def test_a_file_that_cannot_be_run_leaves_the_others(tmp_path):
 def student(f32):
     found = files.load(HAND_IN)
     assert found.errors == {}
-    return borders.borders_of(found.classes)
+    return adapters.adapters_of(found.classes)
 
 
 @pytest.mark.parametrize("view", tt.A1Renderer.names())

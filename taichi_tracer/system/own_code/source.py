@@ -38,7 +38,7 @@ def is_own_file(file: str) -> bool:
 
 
 def is_own(function: Callable) -> bool:
-    """Whether a function stands in a file of somebody's own; the borders to a student's functions do not."""
+    """Whether a function stands in a file of somebody's own; the adapters to a student's functions do not."""
     code = getattr(plain(function), "__code__", None)
     return code is not None and is_own_file(code.co_filename)
 

@@ -7,7 +7,7 @@ import pytest
 
 from taichi_tracer.ray_hits import RayHits
 from taichi_tracer.studies import effects
-from taichi_tracer.system.digits import digits
+from taichi_tracer.system.formatting import digits
 
 
 @pytest.mark.parametrize(

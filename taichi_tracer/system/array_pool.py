@@ -13,7 +13,7 @@ MOST_KEPT = 2  # arrays: in a loop, the next result is made while the variable s
 MOST_BYTES = 1 << 28  # of an array that is kept
 
 
-class Reused:
+class ArrayPool:
     """Arrays of bytes without values. The memory of the last large ones is kept."""
 
     def __init__(self) -> None:

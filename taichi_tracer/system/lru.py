@@ -1,10 +1,10 @@
-"""What was made for something is kept for a while, because it is often needed again."""
+"""A cache of objects that are slow to make: those that were used last are kept."""
 
 from collections.abc import Callable, Hashable
 from typing import Any
 
 
-class Recent:
+class Lru:
     """The objects that were made for the keys that were asked for last.
 
     Args:

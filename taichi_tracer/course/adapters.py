@@ -1,4 +1,4 @@
-"""Classes of this package that run what a student of the course has written, each with a border to its conventions.
+"""Classes of this package that run what a student of the course has written, each an adapter to its conventions.
 
 A camera, an environment, a sampler and a BRDF take over the student's methods. An intersector, a renderer and a sampler
 of lights hold an object of the student's own class, for which triangles are counted from 1 (``course.geometry``).
@@ -41,7 +41,7 @@ BIND, BEGIN = tt.RayIntersector.bind, tt.RayIntersector.__init__  # kept, becaus
 NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
 
 
-def borders_of(classes: dict[str, type]) -> dict[str, type]:
+def adapters_of(classes: dict[str, type]) -> dict[str, type]:
     """The package's classes for a student's classes, by the names of the handout; names that it lacks are left out."""
     made: dict[str, type] = {}
     for name, base in (("Camera", tt.Camera), ("Environment", tt.Environment), ("UniformSampler", tt.UniformSampler)):
@@ -94,8 +94,8 @@ def if_written(student: type, name: str, method: Any) -> Any:
     return method
 
 
-def finished(student: type, base: type, method: str, of_border: Any) -> Any:
-    """The border's method, which asks the student's; what ends a picture that uses it if the student's cannot run."""
+def finished(student: type, base: type, method: str, of_adapter: Any) -> Any:
+    """The adapter's method, which asks the student's; what ends a picture that uses it if the student's cannot run."""
     function = own_members(student)[method]
     if isinstance(unwritten := if_written(student, method, function), Unfinished):
         return unwritten
@@ -103,7 +103,7 @@ def finished(student: type, base: type, method: str, of_border: Any) -> Any:
         check_method(student, method, function, written(base, method), gives_of(base).get(method, ""))
     except OwnCodeError as error:
         return Unfinished(function, error)
-    return of_border
+    return of_adapter
 
 
 def taken(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
@@ -238,10 +238,10 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
     members: dict[str, Any] = {"bind": bind, "__init__": begin, "__module__": student.__module__, "name": "student's"}
     members["other_arguments"] = others
     theirs = own_members(student)
-    for method, of_border in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
+    for method, of_adapter in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
         is_written = method in theirs and not getattr(theirs[method], "__isabstractmethod__", False)
         if is_written and method in methods and methods != ["query_ray"] and method not in others:
-            members[method] = finished(student, tt.RayIntersector, method, of_border)
+            members[method] = finished(student, tt.RayIntersector, method, of_adapter)
     return with_some(
         type("RayIntersector", (tt.RayIntersector,), members),
         "RayIntersector",
