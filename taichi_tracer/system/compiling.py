@@ -18,7 +18,6 @@ FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is 
 LOADED = 0.03
 # Of the seconds in which Python read the kernel: a large one takes 0.05 of them to load, and 1.5 to translate.
 LOADED_SHARE = 0.1
-_spent: list[float] = []  # seconds of every translation that took longer
 
 
 @dataclass
@@ -57,7 +56,6 @@ class Watcher(Protocol):
 
 watchers: list[Watcher] = []
 _kernels: list[Kernel] = []
-_seconds = 0.0  # of reading and of translating, for all kernels so far
 _by_id: dict[int, Kernel] = {}
 
 
@@ -68,8 +66,6 @@ def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
         made: Taichi's object of the kernel. name: of its function.
         read_at: the value of ``time.perf_counter`` when it began. reading: the seconds that it took.
     """
-    global _seconds
-    _seconds += reading
     _by_id[id(made)] = Kernel(name, read_at, reading)
     _kernels.append(_by_id[id(made)])
 
@@ -96,28 +92,24 @@ def note_translating(made: Any, seconds: float, processor: float) -> None:
     Args:
         made: Taichi's object of the kernel. seconds: that it took. processor: the same in seconds of the processor.
     """
-    global _seconds
     kernel = _by_id.pop(id(made), None)
     if kernel is not None:
-        _seconds += seconds
         kernel.translating, kernel.processor = seconds, processor
-    if seconds > FOUND:
-        _spent.append(seconds)
 
 
 def seconds_spent() -> float:
     """The seconds in which kernels were read, and translated or loaded, since this process began."""
-    return _seconds
+    return sum(kernel.reading + kernel.translating for kernel in _kernels)
 
 
 def seconds_to_save() -> float:
     """The seconds that were spent on kernels that were not in the folder, so that another process is spared them."""
-    return sum(_spent)
+    return sum(kernel.translating for kernel in _kernels if kernel.translating > FOUND)
 
 
 def kernels_made() -> int:
     """How many kernels were not in the folder."""
-    return len(_spent)
+    return sum(kernel.translating > FOUND for kernel in _kernels)
 
 
 def kernels(since: float = -math.inf) -> list[Kernel]:

@@ -5,10 +5,9 @@ do not count for the outer one, so that every moment belongs to exactly one stag
 As long as no stopwatch runs, ``stage`` does nothing.
 """
 
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import perf_counter
-from types import TracebackType
 
 import taichi as ti
 
@@ -69,28 +68,6 @@ class Stopwatch:
         return self._since - self.started
 
 
-class StageContext:
-    """The context of a stage, while a stopwatch runs.
-
-    Args:
-        waits: whether the stage ends only when the kernels that it has started are done.
-    """
-
-    def __init__(self, stopwatch: Stopwatch, name: str, waits: bool) -> None:
-        self.stopwatch, self.name, self.waits = stopwatch, name, waits
-
-    def __enter__(self) -> None:
-        self.stopwatch.enter(self.name)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.waits and error is None:
-            ti.sync()
-        self.stopwatch.leave()
-
-
-_NOTHING = nullcontext()
 _running: Stopwatch | None = None
 
 
@@ -111,6 +88,20 @@ def stop() -> None:
         _running = None
 
 
-def stage(name: str, waits: bool = False) -> StageContext | nullcontext:
-    """The context of a stage; nothing happens unless a stopwatch runs."""
-    return _NOTHING if _running is None else StageContext(_running, name, waits)
+@contextmanager
+def stage(name: str, waits: bool = False) -> Iterator[None]:
+    """The context of a stage; nothing happens unless a stopwatch runs.
+
+    Args:
+        waits: whether the stage ends only when the kernels that it has started are done.
+    """
+    watch = _running
+    if watch is not None:
+        watch.enter(name)
+    try:
+        yield
+        if watch is not None and waits:
+            ti.sync()
+    finally:
+        if watch is not None:
+            watch.leave()

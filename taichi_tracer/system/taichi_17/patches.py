@@ -132,7 +132,6 @@ PATCHES = (
     ),
 )
 NAMES = tuple(patch.name for patch in PATCHES)
-originals: dict[str, Any] = {}  # name of Taichi → what it was before it was replaced
 
 
 @functools.lru_cache(maxsize=1)
@@ -199,9 +198,9 @@ def parameters(value: Any) -> str:
 def replace(name: str, maker: str) -> None:
     """Replace a name of Taichi by what a function of this folder makes from it."""
     holder, attribute = place_of(name)
-    originals.setdefault(name, inspect.getattr_static(holder, attribute))
+    is_static = isinstance(inspect.getattr_static(holder, attribute), staticmethod)
     made = of_this_folder(maker)(getattr(holder, attribute))
-    setattr(holder, attribute, staticmethod(made) if isinstance(originals[name], staticmethod) else made)
+    setattr(holder, attribute, staticmethod(made) if is_static else made)
 
 
 def place_of(name: str) -> tuple[Any, str]:

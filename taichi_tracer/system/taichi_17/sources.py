@@ -8,14 +8,17 @@ import ast
 import functools
 import inspect
 import linecache
+import os
 import textwrap
 import types
 import weakref
 from collections.abc import Callable
 from typing import Any
 
+import taichi
+
 KEPT_LINES = 1 << 14  # source lines that are kept in a form of their own
-OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented
+TAICHI = os.path.dirname(str(taichi.__file__))  # the folder of its files
 
 
 def is_short(line: str, width: int) -> bool:
@@ -43,40 +46,26 @@ def with_others(module: types.ModuleType, **others: Any) -> types.ModuleType:
 
 
 def source_lines(function: Callable) -> tuple[list[str], int]:
-    """``inspect.getsourcelines`` of a function, without reading its tokens.
+    """``inspect.getsourcelines`` of a function, which ends at the last line that the compiler has seen.
 
-    The function ends before the first line that is indented as little as its own, and before the comments that stand
-    behind it: they may be indented less, and Taichi could not move the function to the left. If the compiler has seen a
-    later line, or if a text of several lines does not end there, ``inspect`` reads the tokens.
+    If the next line of code belongs to the function as well, ``inspect`` reads the tokens.
     """
     code = getattr(function, "__code__", None)
     if code is None or hasattr(function, "__wrapped__") or not hasattr(code, "co_positions"):
         return inspect.getsourcelines(function)
     linecache.checkcache(code.co_filename)
     lines, first = linecache.getlines(code.co_filename, function.__globals__), code.co_firstlineno
-    end = end_of_block(lines, first - 1)
-    seen = max((last for _, last, _, _ in code.co_positions() if last is not None), default=first)
-    while end > first and (lines[end - 1].isspace() or lines[end - 1].lstrip().startswith("#")):
-        end -= 1
-    found = lines[first - 1 : end]
-    has_whole_texts = all("".join(found).count(quotes) % 2 == 0 for quotes in ('"""', "'''"))
-    return (found, first) if seen <= end and has_whole_texts else inspect.getsourcelines(function)
+    end = last_line(code)
+    codes = (line for line in lines[end:] if line.strip() and not line.lstrip().startswith("#"))
+    if indentation(next(codes, "")) > indentation(lines[first - 1]):
+        return inspect.getsourcelines(function)
+    return lines[first - 1 : end], first
 
 
-def end_of_block(lines: list[str], first: int) -> int:
-    """The index after the last line of the function, or of its decorators, that begins at an index; 0 if none does."""
-    if first >= len(lines):
-        return 0
-    indent = indentation(lines[first])
-    begun = False
-    for i in range(first, len(lines)):
-        line = lines[i].lstrip()
-        if line and not line.startswith(OPENS_NO_BLOCK):
-            is_inside = indentation(lines[i]) > indent
-            if begun and not is_inside:
-                return i
-            begun = begun or line.startswith("def ")
-    return len(lines) if begun else 0
+def last_line(code: Any) -> int:
+    """The last line of a function and of the functions within it."""
+    inner = (last_line(one) for one in code.co_consts if isinstance(one, types.CodeType))
+    return max([code.co_firstlineno, *(last for _, last, _, _ in code.co_positions() if last), *inner])
 
 
 def indentation(line: str) -> int:

@@ -13,7 +13,7 @@ from taichi_tracer.system.taichi_17 import kernels
 @pytest.fixture(autouse=True)
 def nothing_counted(monkeypatch):
     """No kernel is known yet."""
-    for name, empty in (("_spent", []), ("_kernels", []), ("_by_id", {})):
+    for name, empty in (("_kernels", []), ("_by_id", {})):
         monkeypatch.setattr(compiling, name, empty)
 
 
