@@ -102,7 +102,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     kind, name = "renderer", ""
     what = "view"  # the kind of integrators that it offers; messages use this word too
-    asked: tuple[str, ...] = ()  # what an assignment asks for, of a ``shade_ray`` of somebody's own; () is all
+    asked: tuple[str, ...] = ()  # what an assignment asks for; () is all that it offers
     first = ""  # the integrator with which it begins; the first that it offers if there is no name
     jitters = False  # whether its pictures consist of random samples by default
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it

@@ -125,6 +125,7 @@ class Session(Mailbox):
         quick_pixels(self.renderer.render())
         self.preview.took(self.renderer, self.now() - begin)
         quick_pixels(self.preview.of(self.renderer).render())
+        PixelProbe(0, 0, self.renderer).place(self.renderer)
         self._compiled.add(self._kernels_of(self.state.settings))
 
     @staticmethod
@@ -152,6 +153,8 @@ class Session(Mailbox):
                     self._lock.wait(min(wait, patience))
         events, answered = self.take_post()
         moved = self.take(events)
+        if any(kind in POINTING for kind, _ in events):
+            self.make_frame()  # at once: the next sample may take long
         if self.is_cancelled and self.choice is not None:
             self.choice.cancel()
             self.choice, self.message = None, "Cancelled."

@@ -110,9 +110,8 @@ def show(
 
 
 def asked_for(renderer: ProgressiveRenderer) -> Sequence[Integrator]:
-    """What a renderer offers; of a ``shade_ray`` of somebody's own, what its assignment asks for."""
-    asked = [one for one in renderer.offers if one.name in renderer.asked]
-    return asked if asked and "shade_ray" in renderer.replaced else renderer.offers
+    """What its assignment asks for, of what a renderer offers; everything where it asks for nothing single."""
+    return [one for one in renderer.offers if one.name in renderer.asked] or renderer.offers
 
 
 def write_all(renderer: ProgressiveRenderer, folder: Path, shown: Iterable[Integrator]) -> list[Path]:
@@ -266,7 +265,9 @@ class Viewer:
         with gui.sub_window("Control Panel", 0.0, 0.0, PANEL / self.pixels.shape[0], 1.0) as panel:
             for text in TEXTS:
                 panel.text(text)
-            panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp{self.error_in_words()}")
+            panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms")
+            if self.renderer.is_random:
+                panel.text(f"{self.renderer.samples} samples{self.error_in_words()}")
             for renderer_class, offers in self.state.offered:
                 if renderer_class is not MapRenderer or isinstance(self.renderer, MapRenderer):
                     self.draw_buttons(panel, renderer_class, offers)
@@ -323,7 +324,7 @@ class Viewer:
             self.error = math.nan
         elif now - self.error_at > pace.ERROR_EVERY and not self.moves:
             self.error, self.error_at = self.renderer.error(), now
-        return "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
+        return "" if math.isnan(self.error) else f", RMSE {two_digits(self.error)}"
 
     def tell(self, *texts: str) -> None:
         """Show texts in the panel, in lines that fit into it."""

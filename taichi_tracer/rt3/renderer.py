@@ -10,7 +10,6 @@ from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.rt3.document import Shot
 from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.types import Numbers
@@ -18,6 +17,7 @@ from taichi_tracer.system.types import Numbers
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+    from taichi_tracer.rt3.document import Shot
     from taichi_tracer.scene_data import SceneData
 
 
@@ -89,7 +89,7 @@ class RT3Renderer(ProgressiveRenderer):
             self.use(integrator.name)
 
 
-def renderer_of(scene_data: "SceneData", shot: Shot | None = None, **options: Any) -> ProgressiveRenderer:
+def renderer_of(scene_data: "SceneData", shot: "Shot | None" = None, **options: Any) -> ProgressiveRenderer:
     """The renderer for a picture of a scene file, with its camera, the size and the crop of its film, its integrator.
 
     Args:
