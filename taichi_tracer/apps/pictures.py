@@ -203,6 +203,19 @@ def camera_for(settings: RenderSettings, view: dict, aspect: float) -> dict:
     return without_angle(changed, aspect) if is_parallel else changed
 
 
+def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> ProgressiveRenderer:
+    """The renderer of the first picture that settings ask for.
+
+    Args:
+        begins_lit: whether a scene with light is shown by its light, where nobody says what to show.
+    """
+    request = request_of(settings)
+    picture, scene = request.pictures[0], request.load()
+    is_lit = begins_lit and not picture.names_view and picture.shot is None and not scene.effects.is_dark
+    (renderer_class, integrator), *_ = find_views("mis") if is_lit else picture.views
+    return picture.make_renderer(renderer_class, scene).use(integrator.name)
+
+
 # ── from settings ──
 
 

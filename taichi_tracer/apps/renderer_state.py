@@ -204,6 +204,11 @@ class RendererState:
         found._light_options, found._has_chosen_light = self._light_options, self._has_chosen_light
         return found
 
+    def destroy(self) -> None:
+        """Free the memory of all scenes; nothing of them can be shown any more."""
+        for scene in self._scenes.values():
+            scene.destroy()
+
     # ── what can be changed ──
 
     def names_of(self, name: str) -> list[str]:

@@ -25,6 +25,7 @@ from taichi_tracer.apps.compile_ahead import COSTS, START, Choice, compiling_pro
 from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.mailbox import Mailbox
+from taichi_tracer.apps.pictures import first_renderer
 from taichi_tracer.apps.pixel_probe import PixelProbe, linear_values
 from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.renderer_state import OF_SCENE, RendererState, read
@@ -33,6 +34,7 @@ from taichi_tracer.apps.split import DIFFERENCE, OFF, Split
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.picture.typical_error import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.scene_data_loader import name_of, scene_names
 from taichi_tracer.settings import NO_NAME, RenderSettings
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError, one_of
@@ -40,7 +42,8 @@ from taichi_tracer.system.errors import InputError, one_of
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
 # Seconds between two lossless pictures at least, their share of the time, and seconds between them at most.
 REST_EVERY, REST_SHARE, REST_MOST = 0.3, 0.025, 0.45
-ERROR_SHARE, ERROR_MOST = 0.05, 0.5  # of the time that estimates of the error take; seconds between two at most
+# Seconds between two estimates of the error at least, their share of the time, and seconds between them at most.
+ERROR_EVERY, ERROR_SHARE, ERROR_MOST = 0.3, 0.05, 0.4
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
@@ -72,35 +75,41 @@ class Session(Mailbox):
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(now)
-        self.state, self.settings = RendererState(renderer, settings), settings
+        self.settings = settings
         self.follows_size = settings is not None and settings.size is None and settings.crop is None
+        self.keys: set[str] = set()
+        self.message = ""
+        self.choice: Choice | None = None  # what was chosen, and is not shown yet
+        self._compiled: set[tuple] = set()  # what needs no compiling any more
+        self._unit = START  # seconds that a view takes to compile
+        self._answers = 0  # counts the choices, so that a page gets each
+        self._last_step = self._moved_at = self.now()
+        self._has_moved = False  # since the last frame
+        self._began = self._moved_at  # when the last work on a frame began
+        self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
+        self._pictures = 0  # counts the changes of what is rendered
+        self._framed: tuple  # the picture, the kind and the settings of the last frame
+        self._file_of: tuple = ()  # what the bytes of its file depend on
+        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
+        self._look = pace.Rarely(ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
+        self._details, self._details_of, self._details_number = "{}", (), 0
+        self._begin_with(renderer)
+
+    def _begin_with(self, renderer: ProgressiveRenderer) -> None:
+        """Show a renderer, of another scene than the one before."""
+        self.state = RendererState(renderer, self.settings)
         self.split: Split | None = None
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
-        self.keys: set[str] = set()
-        self.message, self.explanation = "", ""  # the second one as HTML
+        self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
         self.probe: PixelProbe | None = None
         self.region: dict[str, int] | None = None  # the pixels whose numbers a page shows
-        self.choice: Choice | None = None  # what was chosen, and is not shown yet
-        self._compiled: set[tuple] = set()  # what needs no compiling any more
-        self._unit = START  # seconds that a view takes to compile
-        self._is_cold = True  # whether the picture of a moving camera is still to be compiled
-        self._answers = 0  # counts the choices, so that a page gets each
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
-        self._last_step = self._moved_at = self.now()
-        self._has_moved = False  # since the last frame
         self.preview = Preview()
-        self._began = self._moved_at  # when the last work on a frame began
-        self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
-        self._pictures = 0  # counts the changes of what is rendered
-        self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
-        self._file_of: tuple = ()  # what the bytes of its file depend on
-        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
-        self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
-        self._details, self._details_of, self._details_number = "{}", (), 0
+        self._is_cold, self._framed = True, ()  # whether the picture of a moving camera is still to be compiled
 
     @property
     def renderer(self) -> ProgressiveRenderer:
@@ -117,7 +126,14 @@ class Session(Mailbox):
         start = time.monotonic()
         pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
         self._compiled.add(self._kernels_of(self.state.settings))
+        self._expose_at_first()
         self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
+
+    def _expose_at_first(self) -> None:
+        """Expose the first picture of light to fit, where nobody says how."""
+        if self.settings is not None and self.settings.view is None and self.renderer.needs_light:
+            if self.settings.exposure == 0:
+                self.renderer.expose()
 
     def _warm_moving(self) -> None:
         """Compile the picture that a moving camera shows, so that the first drag does not wait."""
@@ -317,6 +333,9 @@ class Session(Mailbox):
     def on_set(self, name: str, value: Any) -> None:
         """Change a setting, or a value of the integrator."""
         state = self.state
+        if name == "scene":
+            self._choose_scene(str(value))
+            return
         if name not in COMPILES:
             state.change(name, value)
             return
@@ -337,6 +356,26 @@ class Session(Mailbox):
         if self.settings is not None and Path(state.settings.scene).suffix != ".xml":
             process, about = compiling_process(wanted), about + START
         self.choose(f"compiling {wanted.view if name == 'view' else name.replace('_', ' ')}", about, take, process)
+
+    def _choose_scene(self, name: str) -> None:
+        """Show another shipped scene, in its own view."""
+        if self.settings is None or name not in scene_names():
+            raise one_of("scene", name, [] if self.settings is None else scene_names())
+        place = dict.fromkeys(("eye", "at", "up", "fov", "window", "up_axis"))
+        size = (self.renderer.width, self.renderer.height) if self.follows_size else self.settings.size
+        wanted = replace(self.settings, scene=name, view=None, size=size, **place)
+
+        def take() -> None:
+            """Load it, and free the memory of the one before."""
+            former = [self.state] if self.split is None else self.split.sides
+            renderer = first_renderer(wanted, begins_lit=True)
+            quick_pixels(renderer.render())
+            self._begin_with(renderer)
+            self._expose_at_first()
+            for state in former:
+                state.destroy()
+
+        self.choose(f"loading {name}", COSTS["estimator"] * self._unit, take)
 
     def on_expose(self) -> None:
         """Choose the exposure that shows the picture well."""
@@ -524,7 +563,8 @@ class Session(Mailbox):
         busy = choice and {"text": choice.text, "about": choice.about, "since": time.monotonic() - choice.began}
         return {
             **{name: getattr(renderer, name) for name in ("width", "height", "what")},
-            "scene": Path(renderer.scene_data.source).stem,
+            "scene": name_of(renderer.scene_data.source),
+            "scenes": [] if self.settings is None else scene_names(),
             "environment": environment_name(self.state.scene),
             "offered": offered,
             "controls": self.state.controls(),

@@ -23,9 +23,8 @@ from taichi_tracer import camera_controller
 from taichi_tracer.apps import pace
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.frames import quick_pixels
-from taichi_tracer.apps.names import find_views
 from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
-from taichi_tracer.apps.pictures import request_of
+from taichi_tracer.apps.pictures import first_renderer
 from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.renderer_state import RendererState, after
 from taichi_tracer.apps.reproduce import as_command, camera_words, environment_name, name_of_light, position_of
@@ -57,20 +56,12 @@ OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watc
 def run(args: Namespace) -> int:
     """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
     settings = RenderSettings.of(args)
-    request = request_of(settings)
-    picture, *_ = request.pictures
-    scene = request.load()
-    begins_lit = args.browser and settings.view is None and picture.shot is None and not scene.effects.is_dark
-    (renderer_class, integrator), *_ = find_views("mis") if begins_lit else picture.views
-    renderer = picture.make_renderer(renderer_class, scene).use(integrator.name)
+    renderer = first_renderer(settings, begins_lit=args.browser)
     if args.browser:
         session = Session(renderer, settings)
         session.warm_up()
-        if begins_lit and settings.exposure == 0:
-            renderer.expose()
         return serve(session, forwarded=args.forwarded)
-    asks_browser, all_views = sys.stdout.isatty(), not picture.names_view
-    return show(renderer, settings=settings, offers_browser=asks_browser, all_views=all_views)
+    return show(renderer, settings=settings, offers_browser=sys.stdout.isatty(), all_views=settings.view is None)
 
 
 def show(

@@ -113,7 +113,8 @@ function render({ model, el }) {
   const pace = make("p");
   const zooms = make("select", { "aria-label": "zoom", title: "zoom into the pixels (z)", onchange: () => setZoom(Number(zooms.value)) },
     ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
-  const heading = make("h1");
+  const heading = make("h1"), sceneList = make("div");
+  const scenes = menu("scene", [sceneList], { title: "another shipped scene" });
   const search = make("input", { type: "search", "aria-label": "search", placeholder: "search", oninput: () => filter() });
   const list = make("div");
   const views = menu("view", [search, list], { title: "what is shown" });
@@ -127,7 +128,7 @@ function render({ model, el }) {
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
   el.replaceChildren(skip,
-    make("header", { class: "tt-bar" }, heading, views.whole, compare, compareMore, make("span", { class: "tt-gap" }), explain,
+    make("header", { class: "tt-bar" }, heading, scenes.whole, views.whole, compare, compareMore, make("span", { class: "tt-gap" }), explain,
       button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves.whole,
       button("Panel", () => el.classList.toggle("tt-alone"), { title: "hide or show the panel (m)" }),
       button("?", () => showHelp(), { "aria-label": "help", title: "keys and mouse (?)" })),
@@ -238,7 +239,7 @@ function render({ model, el }) {
     showScale(); showPointed(); showHistogram(); showValues(); placeParts();
     if (!isAll) return;
     if (now - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
-    setText(heading, state.scene);
+    showScenes();
     showViews(); showPanel(); showChart(); showSplit(); showAnswer();
   }
 
@@ -380,6 +381,16 @@ function render({ model, el }) {
       ...names.map(([name, label]) => button(name, () => { views.close(); set("view", name); },
         { title: label, "aria-current": String(what === state.what && name === state.view) })))));
     filter();
+  }
+
+  function showScenes() { // where the program can load another one, its name is a menu
+    const canChange = state.scenes.length > 1, name = state.scene.split("/").pop();
+    scenes.whole.hidden = !canChange;
+    heading.classList.toggle("tt-spoken", canChange);
+    setText(heading, name);
+    setText(scenes.opener, `${name} ▾`);
+    if (changed("scenes", JSON.stringify([state.scenes, state.scene]))) sceneList.replaceChildren(...state.scenes.map(one =>
+      button(one, () => { scenes.close(); set("scene", one); }, { "aria-current": String(one === state.scene) })));
   }
 
   function filter() {
@@ -584,7 +595,7 @@ function render({ model, el }) {
   return () => {
     clearInterval(watching);
     observer.disconnect();
-    views.end(); saves.end();
+    for (const one of [scenes, views, saves]) one.end();
     model.off("msg:custom", listener);
     for (const timer of [pointTimer, sizeTimer, lookTimer, strips]) clearTimeout(timer);
     bitmap?.close();
