@@ -13,15 +13,15 @@ import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
 
-from taichi_tracer.camera_calls import point_within, through_pixel
 from taichi_tracer.camera_settings import CameraSettings
 from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.view import check_angle, distance_of, without_angle
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import compile_time_as, element
+from taichi_tracer.system.compile_time import compile_time, compile_time_as, element
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.overrides import overridable
+from taichi_tracer.system.overrides import call_with_known_args, overridable, takes, takes_whole_numbers
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.types import Numbers
 
@@ -175,3 +175,43 @@ def check_view(
 ) -> float:
     """The ``stretch`` of the camera that ``make_camera`` would make; an InputError if it would raise one."""
     return PARTS.find("camera", projection).view_of(parameters).stretch(width, height)
+
+
+@compile_time
+def point_within(jitter, xi):
+    """The point of a pixel through which its ray passes, in [0, 1]²: the centre, or with jitter a random point.
+
+    ``jitter`` is True or False. If a student's method passes its own argument on, ``jitter`` is a number in the kernel.
+    """
+    if isinstance(jitter, (bool, int)):
+        return given_or_drawn(xi) if jitter else tm.vec2(0.5)
+    return _centre_or(jitter, given_or_drawn(xi))
+
+
+@ti.func
+def _centre_or(jitter, point):
+    return ti.select(jitter != 0, point, tm.vec2(0.5))
+
+
+@compile_time
+def through_pixel(method, pixel_x, pixel_y, jitter, xi):
+    """Call ``generate_ray`` or ``generate_ndc_coords`` for one pixel, with the jitter that its signature allows.
+
+    The methods of this package take the random point ξ. Those of the handout's second assignment draw the point
+    themselves if ``jitter`` is True. Those of the first assignment take only a pixel: they are called with a fraction
+    of a pixel, unless their arguments are annotated as whole numbers. Then there is no jitter.
+    """
+    if jitter is False:
+        return call_with_known_args(method, pixel_x, pixel_y)
+    if takes(method, "jitter"):
+        return call_with_known_args(method, pixel_x, pixel_y, jitter=jitter, xi=xi)
+    if takes_whole_numbers(method):
+        return call_with_known_args(method, pixel_x, pixel_y)
+    within = point_within(jitter, xi)
+    return call_with_known_args(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
+
+
+@ti.func
+def moved_within(pixel, within, axis: ti.template()):
+    """A coordinate of a point within a pixel, in pixels from the centre of the first pixel."""
+    return pixel + within[axis] - 0.5

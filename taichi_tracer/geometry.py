@@ -299,7 +299,7 @@ class Geometry:
             fields.dense(ti.i, max(1, self.n_spheres)).place(self.spheres, self.sphere_material_ids)
             fields.dense(ti.i, max(1, self.n_primitives)).place(self.primitives)
         self.textures: Any = None  # those of the scene, which has made them of the same mesh
-        self.places: Any = None  # the same, see ``places``; only if objects stand in several places
+        self.places: Any = None  # the same, see ``intersectors.places``; only if objects stand in several places
         if effects.culling:
             self.culls = ti.field(ti.i32)
             per_face.place(self.culls)

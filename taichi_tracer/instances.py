@@ -16,7 +16,7 @@ from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import (
+from taichi_tracer.meshes.parts import (
     GROUND,
     inverse_of,
     joined,

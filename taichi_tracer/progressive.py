@@ -15,9 +15,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
+from taichi_tracer.formulas.random_numbers import RandomNumbers
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import OwnShares, Shares
 from taichi_tracer.picture.error_curve import ErrorCurves
@@ -25,10 +27,8 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
-from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.compile_time import compile_time

@@ -2,7 +2,7 @@
 
 A number is a hash of (seed, pixel, sample index, dimension). It is the same on every run, with every number of threads
 and on every backend, and any range of samples can be rendered on any machine. In a kernel,
-``rng = sampler.start(seed, x, y, index)`` begins the numbers of one sample, see ``random_numbers``. The folder
+``rng = sampler.start(seed, x, y, index)`` begins the numbers of one sample, see ``formulas.random_numbers``. The folder
 ``samplers`` has the sequences.
 """
 
@@ -17,9 +17,9 @@ from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF  # as the handout names it
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.frames import frame_about, mirrored
+from taichi_tracer.formulas.random_numbers import RandomNumbers, given_or_drawn
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler  # as the handout names it
-from taichi_tracer.random_numbers import RandomNumbers, given_or_drawn
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.overrides import overridable
 

@@ -16,22 +16,18 @@ from taichi_tracer.environment import load_environment
 from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.instances import off_ground, on_ground, settled, view_of_mesh
+from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
+from taichi_tracer.intersectors.places import Places
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
-from taichi_tracer.mesh_parts import GROUND, notes_of
+from taichi_tracer.meshes.parts import GROUND, notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
     EnvironmentChoice,
     SceneOptions,
     all_options,
-    with_options,
-)
-from taichi_tracer.places import Places
-from taichi_tracer.ray_hits import RayHits, as_rays, ray_from, write_hit
-from taichi_tracer.scene_in_kernels import SceneInKernels
-from taichi_tracer.scene_parts import (
     blockers_of,
     brdfs_of,
     intersector_of,
@@ -39,7 +35,9 @@ from taichi_tracer.scene_parts import (
     lamp_choice_of,
     lights_of,
     make_intersector,
+    with_options,
 )
+from taichi_tracer.ray import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.array_pool import ArrayPool
 from taichi_tracer.system.attributes import KnownAttributes

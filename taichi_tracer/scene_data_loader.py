@@ -20,7 +20,7 @@ from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
 from taichi_tracer.geometry import Geometry, Mesh, check
 from taichi_tracer.instances import view_of_mesh
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.mesh_parts import surface_of
+from taichi_tracer.meshes.parts import surface_of
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of

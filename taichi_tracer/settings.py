@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any, NamedTuple
 
-from taichi_tracer.argument_types import (
+from taichi_tracer.system.argument_types import (
     OneOfOptions,
     at_least_one,
     bounces,

@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.random_numbers import TERM_BIT
+from taichi_tracer.formulas.random_numbers import TERM_BIT
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.samplers.niederreiter import NiederreiterSampler
 from taichi_tracer.samplers.sobol import SobolSampler

@@ -7,7 +7,7 @@ import pytest
 from shapes import SQUARE
 
 import taichi_tracer as tt
-from taichi_tracer.ray_hits import RayHit, RayHits
+from taichi_tracer.ray import RayHit, RayHits
 
 pytestmark = pytest.mark.usefixtures("f32")
 

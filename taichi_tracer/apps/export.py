@@ -11,12 +11,12 @@ from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
 from taichi_tracer.geometry import clean
 from taichi_tracer.instances import settled, view_of_mesh
+from taichi_tracer.options import lights_of
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import FILE, find_scene, stand
-from taichi_tracer.scene_parts import lights_of
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 

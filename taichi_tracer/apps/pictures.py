@@ -11,7 +11,6 @@ import numpy as np
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.notes import note
-from taichi_tracer.argument_types import size
 from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, check_intensity, load_environment
@@ -35,6 +34,7 @@ from taichi_tracer.settings import (
     usual_values,
 )
 from taichi_tracer.system import runtime
+from taichi_tracer.system.argument_types import size
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.stopwatch import TAICHI, stage

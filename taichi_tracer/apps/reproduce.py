@@ -14,11 +14,11 @@ from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.options import intersector_of
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import usual_sampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
-from taichi_tracer.scene_parts import intersector_of
 from taichi_tracer.settings import NO_NAME, OPTIONS, SMOOTH, RenderSettings, words_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS

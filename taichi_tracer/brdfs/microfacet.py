@@ -23,7 +23,7 @@ from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
 from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
-from taichi_tracer.random_numbers import given_or_drawn
+from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
 

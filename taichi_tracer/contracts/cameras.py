@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.camera import make_camera
-from taichi_tracer.camera_calls import through_pixel
+from taichi_tracer.camera import make_camera, through_pixel
 from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.system import runtime
 

@@ -6,8 +6,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.integrators.modes import Mode
 from taichi_tracer.lights.environment_light import EnvironmentLight
-from taichi_tracer.modes import Mode
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory

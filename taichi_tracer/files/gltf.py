@@ -34,7 +34,7 @@ from taichi_tracer.files.gltf_materials import (
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import inverse_of
+from taichi_tracer.meshes.parts import inverse_of
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, Texture
 

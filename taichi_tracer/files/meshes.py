@@ -10,12 +10,12 @@ import numpy as np
 from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.files.gltf import read_gltf
 from taichi_tracer.files.ply import read_ply
-from taichi_tracer.files.polygons import triangulate
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.instances import FEW_COPIES, Instances, group
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import joined, move, with_common_materials
+from taichi_tracer.meshes.parts import joined, move, with_common_materials
+from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import Texture
 

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.mtl import find_library, read_mtl
-from taichi_tracer.files.polygons import triangulate
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.files.text import SPACES, KeywordLines, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
+from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 # Two sets of classes of characters, see ``shapes``. WORDS: x for every character of a word. DIGITS: 0 for every digit,

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.images import read_image
-from taichi_tracer.files.polygons import triangulate
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.files.text import all_numbers
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
+from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError, MissingFileError
 from taichi_tracer.textures import Texture
 

@@ -5,9 +5,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.formulas.area_lights import uniform_triangle
+from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.random_numbers import given_or_drawn
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.overrides import call_with_known_args, overridable

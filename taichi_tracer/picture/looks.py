@@ -7,8 +7,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.ray import no_hit
-from taichi_tracer.ray_hits import RayHits
+from taichi_tracer.ray import RayHits, no_hit
 
 
 @dataclass

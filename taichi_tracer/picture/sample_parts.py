@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.camera_calls import through_pixel
+from taichi_tracer.camera import ProjectiveCamera, through_pixel
 from taichi_tracer.ray import no_hit
 
 

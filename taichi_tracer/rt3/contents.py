@@ -7,7 +7,7 @@ import numpy as np
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import joined
+from taichi_tracer.meshes.parts import joined
 
 
 @dataclass

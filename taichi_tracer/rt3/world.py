@@ -11,7 +11,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import settled
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import move, reverse, similarity
+from taichi_tracer.meshes.parts import move, reverse, similarity
 from taichi_tracer.rt3.contents import Contents
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.rt3.lights import read_light

@@ -18,7 +18,7 @@ from taichi_tracer.lights.directional_light import DirectionalLight
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import with_common_materials
+from taichi_tracer.meshes.parts import with_common_materials
 from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, IntegratorSettings
 from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
 from taichi_tracer.system.errors import InputError

@@ -4,7 +4,7 @@ import taichi as ti
 
 from taichi_tracer.formulas.finite_fields import first_pair, second_pair
 from taichi_tracer.formulas.hashes import as_fraction, pcg4d, reverse_bits, scramble_reversed
-from taichi_tracer.random_numbers import TERM_BIT
+from taichi_tracer.formulas.random_numbers import TERM_BIT
 from taichi_tracer.samplers.points import PointSampler
 from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register

@@ -15,10 +15,10 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.effects import Effects
+from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.formatting import digits

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.formulas.random_numbers import RandomNumbers
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly

@@ -12,9 +12,9 @@ from support import data_file
 
 from taichi_tracer.files import read
 from taichi_tracer.files.obj import read_obj
-from taichi_tracer.files.polygons import fan
 from taichi_tracer.geometry import clean
 from taichi_tracer.materials import Material
+from taichi_tracer.meshes.polygons import fan
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"

@@ -11,7 +11,7 @@ from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.formulas.camera_frame import FROM, view_of_points
 from taichi_tracer.formulas.first_view import best_view, score
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.mesh_parts import POINTS, surface_of
+from taichi_tracer.meshes.parts import POINTS, surface_of
 
 CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

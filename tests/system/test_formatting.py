@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from taichi_tracer.ray_hits import RayHits
+from taichi_tracer.ray import RayHits
 from taichi_tracer.studies import effects
 from taichi_tracer.system.formatting import digits
 

@@ -1,8 +1,8 @@
 """``taichi-tracer accuracy``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import at_least_one, names, positive, size, whole, wholes
 from taichi_tracer.settings import ADVICE, CAMERA, FAR_LIGHT, SURFACES, add_option, add_options, add_scene
+from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 
 HELP = "what accuracy costs in time"
 run = later("accuracy:run")

@@ -3,7 +3,7 @@
 from argparse import Namespace
 
 from taichi_tracer.apps.grammar import Parser, add_command
-from taichi_tracer.argument_types import whole
+from taichi_tracer.system.argument_types import whole
 
 HELP = "hand out an assignment of the teaching kit"
 

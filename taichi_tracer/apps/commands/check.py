@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.argument_types import whole
+from taichi_tracer.system.argument_types import whole
 
 HELP = "check your own solution of an assignment"
 PAGE = "check.html"

@@ -1,7 +1,7 @@
 """``taichi-tracer compare``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import percentage
+from taichi_tracer.system.argument_types import percentage
 
 HELP = "how different two pictures are"
 run = later("compare:run")

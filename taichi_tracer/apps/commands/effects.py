@@ -1,8 +1,8 @@
 """``taichi-tracer effects``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import size
 from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, add_option, add_options, add_scene
+from taichi_tracer.system.argument_types import size
 
 HELP = "what is compiled for a scene, why, and what the rest would cost"
 run = later("info:run_effects")

@@ -1,8 +1,8 @@
 """``taichi-tracer explain``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import whole
 from taichi_tracer.settings import OF_PICTURE, OF_SCENE, add_option, add_scene
+from taichi_tracer.system.argument_types import whole
 
 HELP = "every number on the way from one pixel to its colour"
 run = later("explain:run")

@@ -1,7 +1,7 @@
 """``taichi-tracer grade``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import at_least_one, whole
+from taichi_tracer.system.argument_types import at_least_one, whole
 
 HELP = "grade the submissions of an assignment"
 run = later("grade:run")

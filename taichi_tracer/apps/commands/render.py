@@ -2,8 +2,8 @@
 
 from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
 from taichi_tracer.apps.notes import PICTURE_FOLDER
-from taichi_tracer.argument_types import names, number
 from taichi_tracer.settings import BY_BOUNCE, DISPLAY, KEEPING, OF_PICTURE, OF_SCENE, TARGET, add_scene
+from taichi_tracer.system.argument_types import names, number
 
 HELP = "write pictures of a scene"
 run = here_or_on_cluster("render")

@@ -2,8 +2,8 @@
 
 from taichi_tracer.apps.grammar import Parser, later
 from taichi_tracer.apps.notes import PICTURE_FOLDER
-from taichi_tracer.argument_types import at_least_one, number, size, whole
 from taichi_tracer.settings import ADVICE, add_options
+from taichi_tracer.system.argument_types import at_least_one, number, size, whole
 
 HELP = "where samples of the light go"
 run = later("samples:run")

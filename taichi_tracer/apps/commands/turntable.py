@@ -1,8 +1,8 @@
 """``taichi-tracer turntable``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
-from taichi_tracer.argument_types import at_least_one, number, positive
 from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, add_scene
+from taichi_tracer.system.argument_types import at_least_one, number, positive
 
 HELP = "turn the camera about the scene, into a film"
 run = here_or_on_cluster("turntable")

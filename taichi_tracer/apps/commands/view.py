@@ -1,8 +1,8 @@
 """``taichi-tracer view``: its arguments."""
 
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.argument_types import whole
 from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, add_scene
+from taichi_tracer.system.argument_types import whole
 
 HELP = "open the interactive window"
 run = later("viewer:run")

@@ -14,8 +14,7 @@ import taichi.math as tm
 from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.geometry import unit
-from taichi_tracer.ray import offset_origin
-from taichi_tracer.ray_hits import RayHits, ray_from
+from taichi_tracer.ray import RayHits, offset_origin, ray_from
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join

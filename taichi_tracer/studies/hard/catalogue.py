@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard import instance_cases, path_cases
 from taichi_tracer.studies.hard.case import Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres

@@ -12,10 +12,10 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.camera import Camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.options import brdfs_of
 from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
 from taichi_tracer.system import memory, runtime
