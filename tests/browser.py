@@ -1,9 +1,7 @@
 """A real browser without a window, for pages: it takes orders through a pipe, by the protocol of its own tools."""
 
-import base64
 import contextlib
 import fcntl
-import io
 import itertools
 import json
 import os
@@ -13,36 +11,11 @@ import subprocess
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FIRST_FREE = 20  # descriptors below are left to Python; the browser gets 3 and 4
 SECONDS = 120.0
-# JavaScript: texts of the page that are not wholly in the window, or scroll out of their place, or have small letters.
-CUT = """
-(() => {
-  const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walk.nextNode()) {
-    const owner = walk.currentNode.parentElement, range = document.createRange();
-    if (!walk.currentNode.textContent.trim() || owner.closest("script, style, title")) continue;
-    range.selectNodeContents(walk.currentNode);
-    const svg = owner.closest("svg"), scale = svg?.viewBox.baseVal?.width
-      ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
-    const points = parseFloat(getComputedStyle(owner).fontSize) * scale;
-    for (const box of range.getClientRects()) {
-      if (box.width === 0) continue;
-      const place = svg?.getBoundingClientRect() ?? {left: 0, right: innerWidth};
-      if (box.left < place.left - 1 || box.right > Math.min(place.right, innerWidth) + 1 || points < 10.95)
-        found.push([walk.currentNode.textContent.trim().slice(0, 40), box.left, box.right, points]);
-    }
-  }
-  const whole = document.documentElement.scrollWidth;
-  if (whole > innerWidth) found.push(["the page", 0, whole, 0]);
-  return found;
-})()
-"""
 
 
 def path_of_browser() -> str | None:
@@ -133,15 +106,6 @@ class Browser:
         told = self.ask("Runtime.evaluate", expression=script, returnByValue=True)
         assert "exceptionDetails" not in told, told
         return told["result"].get("value")
-
-    def screenshot(self, path: Path | None = None) -> np.ndarray:
-        """(h, w, 3) pixels of the whole page; also written to a file, if there is a path."""
-        size = self.ask("Page.getLayoutMetrics")["cssContentSize"]
-        clip = {"x": 0, "y": 0, "width": size["width"], "height": min(size["height"], 8000), "scale": 1}
-        data = base64.b64decode(self.ask("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)["data"])
-        if path is not None:
-            path.write_bytes(data)
-        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
     def _next(self) -> dict:
         """The next message of the browser; what it tells by itself is kept."""

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 import taichi as ti
-import taichi.math as tm
 from oracles import cameras as window_oracle
 
 import taichi_tracer as tt
@@ -36,11 +35,6 @@ def directions_of(camera):
     out = np.zeros((camera.height, camera.width, 3), runtime.dtype())
     _directions(camera, out)
     return out
-
-
-def test_directions_have_unit_length(precision):
-    lengths = np.linalg.norm(directions_of(tt.Camera(33, 21, fov=120.0)).astype(np.float64), axis=-1)
-    np.testing.assert_allclose(lengths, 1, atol=2e-7 if precision == "f32" else 1e-15)
 
 
 def test_origin_is_the_eye_and_jitter_moves_within_the_pixel(f32):
@@ -164,23 +158,6 @@ def test_a_step_of_ones_own_decides_the_rays(precision):
         np.testing.assert_allclose(directions_of(own(6, 4, **view)), right, atol=8 * runtime.epsilon())
 
 
-def test_a_matrix_of_ones_own_follows_the_camera(precision):
-    camera, truth = OwnMatrix(6, 4), tt.Camera(6, 4, handedness="right")
-    for each in (camera, truth):
-        each.set_camera_parameters(eye=(3.0, -1.0, 2.0), at=(0.5, 0.0, 0.0))
-    np.testing.assert_allclose(directions_of(camera), directions_of(truth), atol=8 * runtime.epsilon())
-
-
-def test_a_matrix_that_is_none_is_refused(f32):
-    @ti.data_oriented
-    class Wrong(tt.Camera):
-        def compute_matrix(self):
-            return np.eye(3)
-
-    with pytest.raises(tt.InputError, match=r"compute_matrix must return a 4 x 4 matrix, not one of shape \(3, 3\)"):
-        Wrong(4, 4)
-
-
 @ti.kernel
 def _jittered(camera: ti.template(), count: int, out: ti.types.ndarray(ndim=2)):
     for i in range(count):
@@ -199,19 +176,7 @@ def test_jitter_without_numbers_draws_them(f32):
     assert len(np.unique(out[:, 0])) > 1_900
 
 
-# ── views as dictionaries ──
-
-
 # ── from Python ──
-
-
-@ti.data_oriented
-class Handouts(tt.Camera):
-    """A camera with the signature of the first handout, whose method needs whole numbers."""
-
-    @ti.func
-    def generate_ray(self, pixel_x: ti.i32, pixel_y: ti.i32):
-        return tt.Ray(origin=self.eye, direction=ti.math.vec3(pixel_x % 2, pixel_y // 2, 1))
 
 
 def test_python_gets_the_rays_of_pixels(precision):
@@ -230,62 +195,3 @@ def test_python_gets_the_rays_of_pixels(precision):
     np.testing.assert_array_equal(direction[0], out[1])
     assert origin.shape == (1, 3)
     assert len(camera.rays([], [])[0]) == 0
-
-
-def test_python_gets_the_rays_of_a_students_method(f32):
-    camera = Handouts(4, 4, eye=(7, 8, 9))
-    origins, directions = camera.rays([0, 1, 2, 3], [0, 1, 2, 3])
-    np.testing.assert_array_equal(origins, [[7, 8, 9]] * 4)
-    np.testing.assert_array_equal(directions, [[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
-
-
-# ── as in the course: fields without index, and a kernel for the matrix
-
-
-class CourseCamera(tt.Camera):
-    """A camera as students of the course write it."""
-
-    @ti.kernel
-    def compute_matrix(self):
-        z_c = tm.normalize(self.at[None] - self.eye[None])
-        x_c = tm.normalize(tm.cross(self.up[None], z_c))
-        y_c, e = tm.cross(z_c, x_c), self.eye[None]
-        self.x[None], self.y[None], self.z[None] = x_c, y_c, z_c
-        self.camera_to_world[None] = ti.Matrix(
-            [[x_c.x, y_c.x, z_c.x, e.x], [x_c.y, y_c.y, z_c.y, e.y], [x_c.z, y_c.z, z_c.z, e.z], [0, 0, 0, 1]]
-        )
-
-    @ti.func
-    def generate_camera_coords(self, ndc_coords: tm.vec2) -> tm.vec4:
-        half = ti.tan(self.fov[None] * tm.pi / 360)
-        return tm.vec4(ndc_coords.x * half * self.width / self.height, ndc_coords.y * half, 1, 0)
-
-    @ti.func
-    def generate_ray(self, pixel_x: int, pixel_y: int, jitter: bool = False) -> tt.Ray:
-        ray = tt.Ray()
-        c = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y, jitter))
-        ray.origin = self.eye[None]
-        ray.direction = tm.normalize((self.camera_to_world[None] @ c).xyz)
-        return ray
-
-
-def test_a_camera_of_the_course_gives_the_same_rays_after_every_move(f32):
-    own, course = (kind(8, 6, eye=(0, 1, 3), at=(0, 1, 0)) for kind in (tt.Camera, CourseCamera))
-    x, y = np.arange(8), np.arange(8) % 6
-    for view in ({}, {"eye": (1, 2, 3), "fov": 40.0}, {"at": tm.vec3(1, 0, 1)}):
-        for camera in (own, course):
-            camera.set_camera_parameters(**view)
-        for rays, expected in zip(course.rays(x, y), own.rays(x, y), strict=True):
-            np.testing.assert_allclose(rays, expected, atol=1e-6)
-    np.testing.assert_allclose(
-        [course.x[None], course.y[None], course.z[None]], own.compute_matrix()[:3, :3].T, atol=1e-6
-    )
-
-
-def test_a_matrix_that_nobody_makes_is_told(f32):
-    class Empty(tt.Camera):
-        def compute_matrix(self):
-            pass
-
-    with pytest.raises(tt.InputError, match=r"Empty.compute_matrix has no return.* sets no camera_to_world\[None\]"):
-        Empty()

@@ -6,28 +6,13 @@ that exist, and in code that raises as soon as a kernel looks at it.
 
 import numpy as np
 import pytest
-import taichi as ti
-import taichi.math as tm
 from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-@ti.data_oriented
-class Lamp(Light):
-    """A point."""
-
-    name, is_delta = "lamp", True
-
-    @ti.func
-    def sample(self, x, xi):
-        d = tm.vec3(0, 0, 2) - x
-        return tm.normalize(d), d.norm(), tm.vec3(1) / d.norm_sqr(), 1.0
 
 
 VIEW = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 50.0}
@@ -61,30 +46,6 @@ def test_the_mesh_calls_for_normals_spheres_and_culling():
     mesh.normals, mesh.face_normals = np.array([[0, 0, 1.0]]), np.array([[0, -1, -1], [-1, -1, -1]])
     full = scene_of(mesh=mesh, background=(0.5, 0.5, 0.5)).effects
     assert all(getattr(full, name) for name in names)
-
-
-def test_the_receipt_names_every_effect_with_its_reason():
-    scene = scene_of(Material(), environment="white", lights=[Lamp()])
-    lines = scene.effects.receipt()
-    text = "\n".join(lines)
-    for line in (
-        "phong           not simulated, no triangle has a material with Ns > 1",
-        "diffuse         simulated, 1 of 1 materials",
-        "look-up         not simulated, its radiance is the same in every direction",
-        "light lamp      simulated, Lamp",
-        "emitters        not simulated, no triangle has a material with Ke > 0",
-        "vertex normals  not simulated, no triangle has them",
-        "spheres         not simulated, the scene has none",
-        "backface cull   not simulated, all triangles have two sides",
-        "textures        not simulated, no material has one",
-        "background      not simulated, the scene has none",
-        "shadow rays     not simulated, no surface lies in front of another, nor behind",
-        "light and BRDF  simulated, both can find what a surface reflects",
-    ):
-        assert line in text
-    other_effects, lights = 11, 1
-    assert len(lines) == len(scene.material_library.brdfs) + other_effects + lights
-    assert scene.receipt()[: len(lines)] == lines
 
 
 # ── what is compiled ──

@@ -64,12 +64,6 @@ def test_arrays_that_do_not_fit_are_refused(change, message):
     assert message in str(error.value)
 
 
-# ── one numbering for triangles and spheres ──
-
-
-# ── what kernels can read ──
-
-
 # ── smooth normals ──
 
 FOLD = np.array([[0, 0, 0], [0, 1, 0], [-1, 0, 0], [1, 0, -1]], float), np.array([[0, 1, 2], [1, 0, 3]])  # by 45°
@@ -101,9 +95,3 @@ def test_corners_with_normals_keep_them():
     assert smoothed(complete, True).notes == ["fold.ply: smooth changes nothing: every corner has a normal in the file"]
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert "it has no triangles" in smoothed(empty, True).notes[0]
-
-
-@pytest.mark.parametrize("smooth", ["yes", -1, 181, float("nan"), None, [30]])
-def test_what_is_no_angle_is_told(smooth):
-    with pytest.raises(tt.InputError, match="smooth must be True or an angle from 0 to 180 degrees, not "):
-        smoothed(fold(), smooth)

@@ -12,9 +12,8 @@ from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import meshes, oracle
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
-from taichi_tracer.studies.hard.modes import COUNTS, Promise, RayMode, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import COUNTS, Promise, RayMode, promise_of
 from taichi_tracer.studies.hard.single_triangles import UnitTriangles
-from taichi_tracer.system.registry import PARTS
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -72,23 +71,6 @@ def test_closed_meshes_are_closed():
         assert len(edges) * 2 == len(directed)
         for (a, b), pair in zip(edges, owners, strict=True):
             assert all({a, b} <= set(faces[owner]) for owner in pair)
-
-
-# ── the catalogue ──
-
-
-def test_every_mode_is_tried():
-    modes = all_modes()
-    more = all_modes(with_plain=True)
-    assert len(more) == len(set(more)) == 2 * 2 * len(PARTS.all("triangle test")) * len(PARTS.all("intersector"))
-    assert {str(m) for m in modes} >= {"watertight f32 wide_bvh", "moller_trumbore f64 brute_force fast_math"}
-    assert {str(m) for m in more} - {str(m) for m in modes} >= {
-        "watertight f32 bvh",
-        "moller_trumbore f64 bvh fast_math",
-    }
-    for found in (modes, more):
-        first = [found.index(RayMode(m.triangle_test, m.precision, m.fast_math, "brute_force")) for m in found]
-        assert all(k <= i for i, k in enumerate(first))
 
 
 # ── what it passes and what it fails ──
@@ -171,24 +153,3 @@ def test_json_can_be_read_by_anyone(canned, tmp_path):
     assert mode["edge_leaks_per_million"] == 1e4
     assert case["verdict"] == "FAIL"
     assert case["findings"]["t_unit"] is None
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--json", "{tmp}"],
-        ["--json", "{tmp}/no/such/folder/a.json"],
-        ["--report", "{tmp}/file"],
-        ["--report", "{tmp}/file/below"],
-        ["--quick", "--full"],
-    ],
-)
-def test_what_cannot_be_written_is_known_before_the_run(words, tmp_path, monkeypatch, capsys):
-    def run(*args, **options):
-        raise AssertionError("it ran")
-
-    monkeypatch.setattr(hard_cases, "run", run)
-    (tmp_path / "file").write_text("")
-    assert cli.main(["hardcases", *(word.format(tmp=tmp_path) for word in words)]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert [p.name for p in tmp_path.iterdir()] == ["file"]

@@ -108,22 +108,6 @@ def test_a_group_that_contains_itself_is_an_error_with_its_path():
         settled(tree)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "told"),
-    [
-        (lambda: Instances("tree.obj", np.eye(4)), "the mesh must be a Mesh, not str"),
-        (lambda: Instances(Mesh(*SQUARE), np.eye(3)), "transforms must be"),
-        (lambda: Instances(Mesh(*SQUARE), np.full((4, 4), np.nan)), "transform 0 must have finite numbers"),
-        (lambda: Instances(Mesh(*SQUARE), [np.eye(4), 2 * np.eye(4)]), "transform 1 must have .* the last row 0 0 0 1"),
-        (lambda: group([Mesh(*SQUARE), "tree"]), "a part must be a Mesh or Instances, not str"),
-        (lambda: settled(Mesh(*SQUARE), False, "share"), "instances"),
-    ],
-)
-def test_wrong_parts_are_one_line(wrong, told):
-    with pytest.raises(tt.InputError, match=told):
-        wrong()
-
-
 @pytest.mark.parametrize("up_axis", ["y", "z"])
 def test_a_ground_lies_under_everything_and_is_not_what_the_camera_shows(up_axis, f32):
     mesh = tt.load_mesh("cube")

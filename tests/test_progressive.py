@@ -93,9 +93,3 @@ def test_raw_arrays_are_what_the_rays_of_the_pixels_hit(box, name):
     assert 0 < hits.is_hit.sum() < 24 * 16
     assert found.dtype == (np.int32 if name.endswith("_id") else np.float32)
     np.testing.assert_array_equal(found, expected.reshape(16, 24, *expected.shape[1:]))
-
-
-@pytest.mark.parametrize("size", [("32", 32), (32, None), (32.5, 32), (0, 3)])
-def test_what_is_no_size_is_one_line(size):
-    with pytest.raises(tt.InputError, match="camera: (width|height) must be a whole number of at least 1, not"):
-        tt.A1Renderer(tt.load_scene_data("cube"), *size)

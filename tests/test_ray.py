@@ -5,7 +5,7 @@ import taichi as ti
 from oracles import light
 from probe import ask, put, vec3
 
-from taichi_tracer.ray import HitData, Ray, no_hit, offset_origin
+from taichi_tracer.ray import Ray, offset_origin
 from taichi_tracer.system import runtime
 
 
@@ -18,35 +18,6 @@ def test_a_point_of_a_ray(precision, rng):
     rows = rng.normal(size=(100, 7)).astype(runtime.dtype()).astype(float)
     expected = rows[:, :3] + rows[:, 6:] * rows[:, 3:6]
     np.testing.assert_allclose(ask(_point, rows, 3), expected, atol=8 * runtime.epsilon())
-
-
-@ti.func
-def _miss(rows: ti.template(), out: ti.template(), i):
-    hit = no_hit()
-    out[i, 0], out[i, 1], out[i, 2], out[i, 3] = hit.is_hit, hit.is_backfacing, hit.triangle_id, hit.material_id
-    out[i, 4] = hit.distance
-    out[i, 5] = abs(hit.normal).sum() + abs(hit.geometric_normal).sum() + abs(hit.barycentric_coords).sum()
-    out[i, 6] = abs(hit.position).sum() + abs(hit.position_error).sum()
-
-
-def test_a_hit_of_nothing(precision):
-    assert ask(_miss, [[0]], 7).tolist() == [[0, 0, -1, -1, np.inf, 0, 0]]
-
-
-@ti.func
-def _filled(rows: ti.template(), out: ti.template(), i):
-    hit = HitData()
-    out[i, 0] = hit.is_hit
-    hit.is_hit = 1
-    hit.distance = rows[i, 0]
-    hit.triangle_id = 7
-    out[i, 1], out[i, 2], out[i, 3] = hit.is_hit, hit.distance, hit.triangle_id
-    out[i, 4] = abs(hit.geometric_normal).sum() + abs(hit.position).sum()
-
-
-def test_the_handouts_hit_is_filled_in_member_by_member(precision):
-    """Empty at first, and what was not filled in stays 0."""
-    assert ask(_filled, [[2.5]], 5).tolist() == [[0, 1, 2.5, 7, 0]]
 
 
 @ti.func

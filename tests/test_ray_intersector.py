@@ -166,32 +166,6 @@ def test_a_query_of_ones_own_decides_every_answer(precision):
     )
 
 
-def test_an_occlusion_of_ones_own_is_the_one_that_is_asked():
-    @ti.data_oriented
-    class NothingInTheWay(RayIntersector):
-        @ti.func
-        def is_occluded(self, ray, t_max):
-            return False
-
-    scene = tt.scene_from_mesh(*SQUARE, intersector=NothingInTheWay)
-    assert scene.intersect([0.5, 0.25, 1], [0, 0, -1]).is_hit[0]
-    assert not scene.occluded([0.5, 0.25, 1], [0, 0, -1])[0]
-
-
-def test_a_ray_in_the_plane_of_a_triangle_meets_nothing_there():
-    scene = tt.scene_from_mesh(*SQUARE)
-    assert not scene.intersect([-5, 0.1, 0], [1, 0, 0]).is_hit[0]
-
-
-def test_both_sides_are_hit_and_told_apart():
-    scene = tt.scene_from_mesh(*SQUARE)
-    front, back = scene.intersect([0.3, 0.1, 1], [0, 0, -1]), scene.intersect([0.3, 0.1, -1], [0, 0, 1])
-    assert not front.is_backfacing[0]
-    assert back.is_backfacing[0]
-    np.testing.assert_array_equal(front.normal[0], [0, 0, 1])
-    np.testing.assert_array_equal(back.normal[0], [0, 0, -1])
-
-
 @pytest.mark.parametrize("intersector", ["bvh", "brute_force"])
 def test_a_march_from_hit_to_hit_ends(intersector, rng):
     """t_min = the last t: t grows, and every surface is met once, though t is rounded once more when it is returned."""

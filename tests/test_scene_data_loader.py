@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 from rt3_text import document
-from shapes import SQUARE, sphere
+from shapes import sphere
 
 import taichi_tracer as tt
 from taichi_tracer.scene_data_loader import OWN_VIEWS
 
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]
 
 
 @pytest.mark.parametrize("name", ["cornell_box", "cube"])
@@ -53,20 +50,6 @@ def test_a_path_is_a_scene_framed_by_its_box(tmp_path):
     assert renderer.use("hit").image().max() == 1
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("cornel_box", "cornell_box"),
-        ("nowhere/at/all.obj", "nowhere/at/all.obj: no such file"),
-        ("missing.ply", "missing.ply: no such file"),
-    ],
-)
-def test_a_missing_scene_is_named_with_what_would_have_worked(name, message):
-    with pytest.raises(tt.InputError) as error:
-        tt.load_scene_data(name)
-    assert message in str(error.value)
-
-
 def test_a_file_says_what_is_around_it_unless_the_caller_does(tmp_path):
     np.save(tmp_path / "sky.npy", np.ones((2, 4, 3), np.float32))
     sky = '<background type="spherical" filename="sky.npy"/>'
@@ -76,30 +59,6 @@ def test_a_file_says_what_is_around_it_unless_the_caller_does(tmp_path):
     assert tt.load_scene_data(path, environment=None).environment is None
     assert tt.load_scene_data(path, environment="white").environment.name == "white"
     assert tt.load_scene_data("cube").environment is None  # a mesh says nothing
-
-
-def test_a_trimesh_can_have_another_colour():
-    import trimesh
-
-    scene = tt.scene_from_mesh(trimesh.Trimesh(*SQUARE, process=False), color=(1, 0, 0))
-    assert [material.Kd for material in scene.materials] == [(1, 0, 0)]
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: tt.scene_from_mesh([[0, 0, 0]], [[0, 0, 3]]), "triangle 0 has vertex index 3, which is out of range"),
-        (lambda: tt.scene_from_mesh(np.zeros((3, 3)), [[0, 1.5, 2]]), "faces must be integers, not float64"),
-        (lambda: tt.scene_from_mesh("abc", [[0, 1, 2]]), "arrays of numbers"),
-        (lambda: tt.scene_from_mesh(*SQUARE, intersector="bhv"), "bvh"),
-        (lambda: tt.scene_from_mesh(*SQUARE, triangle_test="water"), "watertight"),
-    ],
-)
-def test_what_cannot_be_a_scene_is_one_line(make, message):
-    with pytest.raises(tt.InputError) as error:
-        make()
-    assert message in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_trimesh_is_a_scene_too():

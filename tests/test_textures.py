@@ -89,12 +89,3 @@ def test_a_sphere_is_covered_once():
     np.testing.assert_allclose(
         image[2, 2], oracle.bilinear(PIXELS, hits.barycentric_coords[0], ("repeat",) * 2), atol=1e-4
     )
-
-
-def test_wrong_input_is_told():
-    with pytest.raises(tt.InputError, match=r"pixels must have the shape \(height, width, 3\), not \(4, 4\)"):
-        tt.Texture(np.zeros((4, 4)))
-    with pytest.raises(tt.InputError, match="wrap of a texture"):
-        tt.Texture(PIXELS, ("repeat", "black"))
-    with pytest.raises(tt.InputError, match=r"uv must have the shape \(4, 2\), one per vertex, or \(2, 3, 2\)"):
-        tt.scene_from_mesh(*SQUARE, uv=np.zeros((3, 2)))

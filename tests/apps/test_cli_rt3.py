@@ -64,26 +64,3 @@ def test_every_picture_of_a_document_has_its_file(scene, capsys):
     assert asked("--view", "normal")[1] == ["renders/scene_normal.png", "renders/scene_normal_2.png"]
     assert main(["render", "scene.xml", "-o", "one.png"]) == 2
     assert "is one file for 2 views" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("render", "scene.xml", "--crop", "0", "2", "0", "1"), "a crop window is x0 x1 y0 y1"),
-        (("render", "scene.xml", "--camera", "fisheye"), "unknown camera 'fisheye'"),
-        (("render", "scene.xml", "--window", "1", "0", "0", "1"), "l < r and b < t"),
-        (("render", "broken.xml"), "broken.xml:2: this is not well-formed XML"),
-        (("render", "rt3/four_cornes"), "did you mean 'rt3/four_corners'"),
-        (("export", "scene.xml", "out.obj"), "the ending must be .xml"),
-        (("export", "scene.xml", "nowhere/out.xml"), "the folder nowhere does not exist"),
-        (("export", "cube", "out.xml", "--view", "barycentric"), "no integrator that shows 'barycentric'"),
-    ],
-)
-def test_what_cannot_be_is_one_line_and_leaves_nothing(scene, capsys, words, message):
-    folder = scene()
-    (folder / "broken.xml").write_text("<RT3>\n<a></RT3>")
-    before = {path for path in folder.rglob("*") if path.is_file()}
-    assert main(list(words)) == 2
-    told = capsys.readouterr().err
-    assert message in told
-    assert {path for path in folder.rglob("*") if path.is_file()} == before

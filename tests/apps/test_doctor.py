@@ -29,11 +29,3 @@ def test_what_is_missing_is_told_with_its_remedy(monkeypatch):
     assert exr[0].endswith("missing")
     assert "taichi_tracer[exr]" in exr[1]
     assert "-> plug one in" in told
-
-
-def test_the_cache_is_told_with_its_folder_and_its_size(tmp_path):
-    (tmp_path / "cache").mkdir()
-    (tmp_path / "cache" / "kernel").write_bytes(bytes(1_500_000))
-    (line,) = doctor.cache_lines(tmp_path / "cache")
-    assert line.is_ok
-    assert line.found == f"{tmp_path / 'cache'}: can be written; 1 files, 1.5 MB; may be deleted"

@@ -23,20 +23,3 @@ def test_a_pixel_as_text_json_and_page(tmp_path, capsys):
     assert "<details" in html
     assert "the ring is around column 12, row 8" in html
     assert "http" not in html.replace("http-equiv", "")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ([], "explain needs one of --pixel X Y, --worst and --non-finite"),
-        (["--pixel", "1", "1", "--worst"], "explain needs one of --pixel X Y, --worst and --non-finite"),
-        (["--pixel", "24", "0"], "explain: the column must be from 0 to 23, not 24"),
-        (["--pixel", "1", "1", "--view", "all"], "explain takes one picture"),
-        (["--pixel", "1", "1", "--json", "/no/such/folder/x.json"], "/no/such/folder"),
-    ],
-)
-def test_what_cannot_be_explained_is_told_in_one_line(words, message, capsys):
-    assert main(["explain", "cube", "--size", "24x16", *words]) == 2
-    err = capsys.readouterr().err.splitlines()
-    assert message in err[-1]
-    assert sum(line.startswith("taichi-tracer: error") for line in err) == 1

@@ -30,26 +30,3 @@ def test_a_new_part_is_right(kind, tmp_path, monkeypatch, capsys):
     render = shlex.split(lines[2])
     assert main([*render[1:], "--size", "16x12"]) == 0
     assert (tmp_path / f"my_{kind}.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["bdrf", "a"], "unknown kind of part 'bdrf': did you mean 'brdf'?"),
-        (["brdf", "my-brdf"], "'my-brdf' is no name: it has letters, digits and _"),
-        (["brdf", "class"], "'class' is no name"),
-        (["brdf", "diffuse"], "the package has a brdf called diffuse: give yours another name"),
-        (["view", "normal"], "the package has a view called normal"),
-        (["tone", "mine", "-o", "mine.txt"], "mine.txt must end with .py"),
-        (["tone", "mine", "-o", "there.py"], "there.py is there already"),
-        (["tone", "mine", "-o", "none/mine.py"], "none"),
-    ],
-)
-def test_what_cannot_be_written_is_one_line(words, told, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "there.py").write_text("x = 1\n")
-    assert main(["new-part", *words]) == 2
-    error = capsys.readouterr().err
-    assert told in error
-    assert error.count("\n") == 1
-    assert (tmp_path / "there.py").read_text() == "x = 1\n"

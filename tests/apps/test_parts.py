@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.studies import hard_cases
-from taichi_tracer.studies.hard.catalogue import all_renderer_cases
-from taichi_tracer.studies.hard.modes import OWN_TEST
 from taichi_tracer.system.registry import PARTS
 
 PARTS_FILE = '''
@@ -171,72 +168,3 @@ def test_a_help_lists_the_names_of_the_file_with_the_others(command, shown, part
     assert end.value.code == 0
     words = capsys.readouterr().out.replace("*", "").replace(",", "").split()
     assert [name for name in shown if name not in words] == []
-
-
-def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeypatch):
-    tried = []
-
-    def run(level, **_options):
-        tried.append((hard_cases.modes_of(level), all_renderer_cases()))
-        return hard_cases.SuiteResult(level, {}, [], [])
-
-    monkeypatch.setattr(hard_cases, "run", run)
-    assert main(["hardcases", "--quick", *parts]) == 0
-    ((modes, cases),) = tried
-    own = [mode for mode in modes if mode.intersector == "mine"]
-    assert {mode.triangle_test for mode in own} == {OWN_TEST}
-    assert len(own) == 3  # a precision each, and f32 with fast_math
-    assert {mode.intersector for mode in modes if mode.triangle_test == "half_triangles"} == {"wide_bvh", "brute_force"}
-    assert all(mode.tries_everything for mode in own)
-    assert any(mode.intersector == "bvh" for mode in hard_cases.modes_of("full"))
-    assert [case.name for case in cases if case.name.startswith("BRDF grey: ")] != []
-
-
-# ── files that are wrong ──
-
-
-COLOR = "    @ti.func\n    def color(self, hit):\n        return hit.normal\n"
-BEGIN = "import taichi as ti\nimport taichi_tracer as tt\n\n\n"
-WRONG = {
-    "missing": (None, "--parts my_parts.py: no such file"),
-    "a syntax error": (BEGIN + "class A(tt.View\n", "my_parts.py:5: SyntaxError: '(' was never closed"),
-    "an error while it runs": (BEGIN + "x = 1\ny = x / 0\n", "my_parts.py:6: ZeroDivisionError: division by zero"),
-    "an unknown module": (BEGIN + "import no_such_module\n", "my_parts.py:5: ModuleNotFoundError: No module named"),
-    "it ends the program": (BEGIN + "raise SystemExit(0)\n", "my_parts.py:5: SystemExit: 0"),
-    "nothing registered": (BEGIN + "class A(tt.View):\n    name = 'a'\n", "my_parts.py: the file registers nothing"),
-    "the package's name": (
-        BEGIN + "@tt.register\nclass A(tt.Camera):\n    name = 'perspective'\n",
-        "my_parts.py:5: register: there is another camera called 'perspective', in the package",
-    ),
-    "the package's name, as an object": (
-        BEGIN + "tt.register(tt.View('normal', 'Normal', None))\n",
-        "my_parts.py:5: register: there is another integrator called 'normal', in the package",
-    ),
-    "no name of its own": (
-        BEGIN + "@tt.register\nclass A(tt.OrthographicCamera):\n    pass\n",
-        "my_parts.py:5: register: there is another camera called 'orthographic'",
-    ),
-    "no name": (BEGIN + "@tt.register\nclass A(tt.View):\n    pass\n", "my_parts.py:5: register: A needs a name"),
-    "no part": (BEGIN + "@tt.register\nclass A:\n    name = 'a'\n", "my_parts.py:5: register: A derives from none"),
-    "a name twice": (
-        BEGIN + f"@tt.register\nclass A(tt.View):\n    name = 'a'\n\n{COLOR}\n\n@tt.register\nclass B(A):\n    pass\n",
-        "my_parts.py:14: register: there is another integrator called 'a'",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_file_is_one_line_with_the_place(case, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    text, told = WRONG[case]
-    if text is not None:
-        (tmp_path / "my_parts.py").write_text(text)
-    for words in (["info", "cube"], ["render", "--help"]):
-        assert main([*words, "--parts", "my_parts.py"]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert error.startswith(f"taichi-tracer: error: {told[:11]}")
-        assert told in error
-
-
-# ── the plain forms ──

@@ -178,16 +178,6 @@ def test_limits_of_size_rate_time_and_number(server, monkeypatch):
         silent.recv(5)
 
 
-@pytest.mark.parametrize("line", [b"GARBAGE\r\n\r\n", b"\x16\x03\x01 a b c d\r\n", b"PUT / HTTP/1.1\r\n\r\n"])
-def test_what_is_no_request_is_refused_in_silence(server, line, capfd):
-    with socket.create_connection(("127.0.0.1", server.port), 5) as connection:
-        connection.sendall(line)
-        while connection.recv(1 << 16):
-            pass
-    assert ask(server)[0] == 200
-    assert capfd.readouterr().err == ""
-
-
 def test_it_listens_on_this_machine_alone_and_leaves_no_thread():
     before = threading.active_count()
     for _ in range(5):

@@ -6,7 +6,6 @@ import pytest
 from teaching import sums
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.teaching.telling import Told, summary
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="elsewhere, a check runs in the process that is asked")
 
@@ -31,8 +30,3 @@ def test_a_part_that_ends_the_process_costs_itself_alone(tmp_path, assignment, c
     assert "1 of 3 parts are right: 5" in out
     page = (tmp_path / "mine" / "check.html").read_text()
     assert [name in page for name in ("Sums.add", "Sums.subtract", "Sums.multiply")] == [True] * 3
-
-
-def test_a_summary_adds_points():
-    found = [Told("a", 1.5, 2.0, False, ""), Told("b", 3.0, 3.0, True, "")]
-    assert summary(found) == "1 of 2 parts are right: 4.5 of 5 points"

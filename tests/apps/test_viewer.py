@@ -1,12 +1,10 @@
 """The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
 
 import shlex
-import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from desktop import Desktop, opened, poll
 from fake_panel import FakePanel
 from PIL import Image
 
@@ -140,94 +138,6 @@ def test_a_drag_and_a_key_within_one_slow_frame_count(small_renderer, tmp_path, 
 
 
 # ── the real window ──
-
-SIZE = 384
-
-
-class Viewer(Desktop):
-    """The viewer in its window."""
-
-    def picture(self):
-        """(h, w, 3) pixels of the picture beside the panel."""
-        return self.window()[:, viewer.PANEL :]
-
-    def saved(self):
-        """Press p; returns the arguments of the command that the viewer says makes the same picture."""
-
-        def lines():
-            """Whole lines: the program may be in the middle of the last one."""
-            whole = self.log.read_text().splitlines(keepends=True)
-            return [line.strip() for line in whole if line.startswith("The same again:") and line.endswith("\n")]
-
-        before = len(lines())
-        self.xdotool("key", "p")
-        poll(lambda: len(lines()) > before, "the saved picture's command")
-        line = lines()[-1]
-        words = shlex.split(line.removeprefix("The same again: taichi-tracer "))
-        return make_parser().parse_args([as_value(word) for word in words])
-
-
-@pytest.fixture(scope="module")
-def desktop(tmp_path_factory):
-    options = ["--size", str(SIZE), "--intersector", QUICK["intersector"], "--triangle-test", QUICK["triangle_test"]]
-    words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
-    with opened(words, tmp_path_factory.mktemp("desktop"), Viewer) as shown:
-        poll(lambda: len(np.unique(shown.window())) > 50, "the first picture")
-        yield shown
-
-
-@pytest.fixture(scope="module")
-def offline(scene):
-    """The picture that the window should show: of a view, at a camera given as command line arguments."""
-    renderers = []
-
-    def render(name, args=None):
-        if not renderers:
-            renderers.append(A1Renderer(scene, width=SIZE, height=SIZE))
-        if args is not None:
-            renderers[0].camera.set_camera_parameters(args.eye, args.at, args.up, args.fov, args.handedness)
-        return to_bytes(renderers[0].use(name).render().image()).astype(int)
-
-    return render
-
-
-def settled(desktop, offline):
-    """The arguments that make the picture in the window, once the last movement of keys and mouse has arrived there."""
-    found = []
-
-    def is_settled():
-        found.append(desktop.saved())
-        return shows(desktop, offline(found[-1].view, found[-1]))()
-
-    poll(is_settled, "a picture of the camera that is saved")
-    return found[-1]
-
-
-def shows(desktop, expected):
-    """Whether the window shows a picture, to the last bit but one."""
-    return lambda: abs(desktop.picture() - expected).max() <= 1
-
-
-@pytest.mark.parametrize(
-    ("key", "point", "axis", "sign"),
-    [("w", "eye", 1, 1)],
-)
-def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
-    before = desktop.saved()
-    desktop.point(viewer.PANEL + 200, 200)
-    desktop.xdotool("keydown", key)
-    time.sleep(0.3)
-    desktop.xdotool("keyup", key)
-    after = settled(desktop, offline)
-    moved = np.subtract(getattr(after, point), getattr(before, point))
-    assert sign * moved[axis] > 0  # how far it is depends on the machine; test_camera_controller has the speed
-    others = [k for k in range(3) if k != axis]
-    if point == "eye":
-        assert (moved[others] == 0).all()
-    assert getattr(after, "at" if point == "eye" else "eye") == getattr(before, "at" if point == "eye" else "eye")
-    expected = offline("normal", after)
-    saved = np.asarray(Image.open(desktop.log.parent / "renders" / "cornell_box_normal.png")).astype(int)
-    assert abs(saved - expected).max() <= 1
 
 
 def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):

@@ -1,6 +1,5 @@
 """``tt.show``: a widget that sends frames as long as the page shows them."""
 
-import asyncio
 import sys
 
 import pytest
@@ -20,12 +19,3 @@ def test_without_anywidget_one_line_says_what_to_install(scene, monkeypatch):
     monkeypatch.setitem(sys.modules, "anywidget", None)
     with pytest.raises(InputError, match=r"pip install 'taichi_tracer\[notebook\]'"):
         tt.show(scene)
-
-
-async def until(condition, most=2000):
-    """Let other tasks run until a condition holds."""
-    for _ in range(most):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it did not happen")

@@ -6,8 +6,6 @@ import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 
-CAMERAS = ["perspective", "orthographic"]
-
 
 def test_an_orthographic_camera_of_an_angle_shows_the_same_where_it_looks(f32):
     view = {"eye": (0, 0, 5), "at": (0, 0, 1), "up": (0, 1, 0), "fov": 90.0}

@@ -1,86 +1,14 @@
 """Scripts of the course: the names that they import, what they read and write, and their loops, without a window."""
 
-import importlib
-
 import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.camera_controller import CameraController
-from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer, EnvISRenderer
+from taichi_tracer.renderer import A2Renderer, A3Renderer, A4Renderer, EnvISRenderer
 from taichi_tracer.sampler import ortho_frames, reflect
 from taichi_tracer.scene_data_loader import EnvironmentName, SceneName, load_scene_data
-
-NAMES = {
-    "renderer": "A1Renderer A2Renderer A3Renderer A4Renderer EnvISRenderer",
-    "camera_controller": "CameraController",
-    "scene_data_loader": "load_scene_data SceneName EnvironmentName load_geometry load_materials load_environment",
-    "camera": "Camera",
-    "ray": "Ray HitData",
-    "geometry": "Geometry",
-    "materials": "Material MaterialLibrary",
-    "environment": "Environment",
-    "ray_intersector": "RayIntersector BruteForceRayIntersector",
-    "scene_data": "SceneData",
-    "sampler": "UniformSampler BRDF MicrofacetBRDF MeshLightSampler ortho_frames reflect",
-}
-VIEW = {"eye": tm.vec3([0.0, 1.0, 3.0]), "at": tm.vec3([0.0, 1.0, 0.0]), "up": tm.vec3([0.0, 1.0, 0.0]), "fov": 60.0}
-
-
-class Window:
-    """What scripts ask of ``ti.ui.Window``: the keys that are held down."""
-
-    def __init__(self, *keys):
-        self.keys = keys
-
-    def is_pressed(self, *keys):
-        return any(key in self.keys for key in keys)
-
-
-@pytest.mark.parametrize(("file", "name"), [(file, name) for file, names in NAMES.items() for name in names.split()])
-def test_every_name_of_the_course_is_in_its_file(file, name):
-    assert hasattr(importlib.import_module(f"taichi_tracer.{file}"), name)
-
-
-def test_the_views_of_the_first_assignment(f32):
-    renderer = A1Renderer(width=32, height=24, scene_data=load_scene_data(SceneName.CORNELL_BOX))
-    renderer.camera.set_camera_parameters(**VIEW)
-    seen = []
-    for set_mode, mode in (
-        (renderer.set_shade_hit, A1Renderer.ShadeMode.HIT),
-        (renderer.set_shade_triangle_ID, A1Renderer.ShadeMode.TRIANGLE_ID),
-        (renderer.set_shade_distance, A1Renderer.ShadeMode.DISTANCE),
-        (renderer.set_shade_barycentrics, A1Renderer.ShadeMode.BARYCENTRIC),
-        (renderer.set_shade_normal, A1Renderer.ShadeMode.NORMAL),
-        (renderer.set_shade_material_ID, A1Renderer.ShadeMode.MATERIAL_ID),
-    ):
-        set_mode()
-        renderer.render()
-        assert renderer.shade_mode[None] == mode == len(seen) + 1
-        seen.append(renderer.canvas.to_numpy())
-    assert renderer.canvas.shape == (32, 24)
-    assert all(not np.array_equal(a, b) for k, a in enumerate(seen) for b in seen[:k])
-    renderer.shade_mode[None] = A1Renderer.ShadeMode.NORMAL
-    renderer.render()
-    assert np.array_equal(renderer.canvas.to_numpy(), seen[4])
-    assert (renderer.r, renderer.g, renderer.b) == (3.14159265, 6.62607015, 2.71828182)
-
-
-def test_a_camera_that_moves_starts_the_picture_again(f32):
-    scene = load_scene_data(SceneName.SPECULAR_SPHERES, EnvironmentName.STUDIO)
-    renderer = A2Renderer(width=16, height=16, scene_data=scene)
-    renderer.camera.set_camera_parameters(**VIEW)
-    still, walking = (CameraController(renderer.camera, Window(*keys)) for keys in ("", "w"))
-    for _ in range(3):
-        assert not still.update()
-        renderer.render()
-    assert renderer.iter_counter[None] == 3
-    assert walking.update()
-    renderer.render()
-    assert renderer.iter_counter[None] == 1
-    assert renderer.camera.eye[None].y > 1
 
 
 @pytest.mark.slow
@@ -103,21 +31,6 @@ def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     assert renderer.sample_mode[None] == A2Renderer.SampleMode.MICROFACET == 3
     renderer.set_sample_brdf()
     assert renderer.sample_mode[None] == A2Renderer.SampleMode.BRDF
-
-
-@pytest.mark.slow
-def test_paths_of_the_fourth_assignment(f32):
-    renderer = A4Renderer(width=16, height=16, scene_data=load_scene_data(SceneName.CORNELL_BOX))
-    renderer.set_shading_implicit()
-    assert renderer.shading_mode[None] == A4Renderer.ShadingMode.IMPLICIT == 1
-    renderer.shading_mode[None] = A4Renderer.ShadingMode.EXPLICIT
-    renderer.max_bounces[None], renderer.rr_termination_probabilty[None] = 3, 0.1
-    renderer.render()
-    assert renderer.active.name == "explicit"
-    assert (renderer.max_bounces, renderer.rr_termination_probability) == (3, 0.1)
-    renderer.max_bounces[None] = 4
-    renderer.render()
-    assert renderer.iter_counter[None] == 1
 
 
 @ti.kernel

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cli import main
 from taichi_tracer.course.use import in_use
 from taichi_tracer.system.overrides import assigned
 
@@ -74,11 +73,3 @@ def test_a_file_that_cannot_be_used_is_told_and_the_others_are_used(folder):
         assert files.errors["camera.py"].startswith("camera.py:5: ImportError: cannot import name 'Raay'")
         assert "Camera.generate_ray" not in assigned()
         assert "RayIntersector.intersect_triangle" in assigned()
-
-
-def test_wrong_words_are_told(tmp_path, capsys):
-    assert main(["render", "cube", "--course", str(tmp_path)]) == 2
-    assert "none of camera.py, ray_intersector.py" in capsys.readouterr().err
-    out = str(tmp_path / "cube.png")
-    assert main(["render", "cube", "--size", "8x8", "--against", "reference", "-o", out]) == 2
-    assert "give this, too" in capsys.readouterr().err

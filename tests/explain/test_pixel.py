@@ -67,16 +67,3 @@ def test_the_steps_have_the_handouts_names_and_order(picture):
 def test_a_pixel_that_is_not_there_is_an_error(picture, pixel, message):
     with pytest.raises(InputError, match=message):
         picture.explain(*pixel)
-
-
-def compare(scene, renderer_class, name, precision_sampler="niederreiter", count=4):
-    renderer = renderer_class(scene, *SIZE, sampler=precision_sampler).use(name).render(3)
-    image, rng = renderer.image(), np.random.default_rng(7)
-    for _ in range(count):
-        column, row = (int(rng.integers(n)) for n in SIZE)
-        found = renderer.explain(column, row, 2 if renderer.is_random else 0)
-        assert np.array_equal(found.mean.astype(np.float32), image[row, column]), (name, column, row)
-
-
-CLASSES = (tt.A1Renderer, tt.A2Renderer, tt.A3Renderer, tt.A4Renderer)
-WAYS = [(c, name) for c in CLASSES for name in c.names() if c is not tt.A3Renderer or name == "mis_one_sample"]

@@ -38,12 +38,6 @@ def test_normals_are_those_of_vertices_or_of_corners():
     assert by_corner.normals[by_corner.face_normals].tolist() == corners.tolist()
 
 
-def test_nothing_given_changes_nothing():
-    mesh = dressed_square()
-    assert mesh.materials == [Material()]
-    assert len(mesh.normals) == len(mesh.face_normals) == 0
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -72,8 +66,3 @@ def test_what_does_not_fit_is_one_line_with_its_value(options, message):
     assert message in str(error.value)
     assert str(error.value).startswith("mesh: ")
     assert "\n" not in str(error.value)
-
-
-def test_faces_that_are_out_of_range_are_told_first():
-    with pytest.raises(InputError, match="triangle 0 has vertex index 4"):
-        dressed(mesh_from_arrays(SQUARE[0], [[0, 1, 4]]), normals=UP)

@@ -45,17 +45,3 @@ def test_ranges_join_where_they_touch_and_may_not_overlap():
     assert checkpoint.joined([[8, 9], [0, 2]], [[4, 6]]) == [[0, 2], [4, 6], [8, 9]]
     with pytest.raises(tt.InputError, match="samples 3 to 4 are in both"):
         checkpoint.joined([[0, 5]], [[3, 9]])
-
-
-def test_a_file_is_replaced_only_when_the_other_one_is_complete(tmp_path, monkeypatch):
-    path = tmp_path / "a.checkpoint"
-    checkpoint.write_checkpoint(path, {"seed": 1}, {"x": np.zeros(3)})
-    before = path.read_bytes()
-
-    def fails(*arguments):
-        raise OSError("the disk is full")
-
-    monkeypatch.setattr(checkpoint, "replace_file", fails)
-    with pytest.raises(OSError, match="the disk is full"):
-        checkpoint.write_checkpoint(path, {"seed": 2}, {"x": np.ones(3)})
-    assert path.read_bytes() == before

@@ -13,7 +13,6 @@ from support import data_file
 import taichi_tracer as tt
 from taichi_tracer.files import read
 from taichi_tracer.files.meshes import from_trimesh
-from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 
 PLY = """ply
@@ -105,28 +104,10 @@ def mesh_of(tmp_path):
 # PLY
 
 
-def test_ply_polygons_become_triangles_in_the_files_order(mesh_of):
-    mesh = mesh_of("a.ply", ply(CORNERS + "3 2 1 0\n3 0 2 3\n", faces=2))
-    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
-    assert mesh.vertices.dtype == np.float64
-    assert mesh.faces.dtype == np.int32
-    assert mesh.materials == [Material()]
-    assert mesh.face_materials.tolist() == [0, 0]
-
-
 def test_ply_normals_are_those_of_the_file(mesh_of):
     mesh = mesh_of("a.ply", ply("0 0 0 1 0 0\n1 0 0 0 1 0\n1 1 0 0 0 -1\n3 0 1 2\n", vertices=3, more=NORMALS))
     assert mesh.normals.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
     assert mesh.face_normals.tolist() == [[0, 1, 2]]
-
-
-@pytest.mark.parametrize("encoding", ["binary", "ascii"])
-def test_ply_of_either_encoding_is_the_mesh_that_was_written(mesh_of, encoding):
-    vertices, faces = sphere(6, 4)
-    mesh = mesh_of("a.ply", trimesh.Trimesh(vertices, faces, process=False).export(file_type="ply", encoding=encoding))
-    assert np.allclose(mesh.vertices, vertices, atol=1e-6)
-    assert np.array_equal(mesh.faces, faces)
 
 
 # STL and OFF
@@ -138,12 +119,6 @@ def test_stl_triangles_keep_their_order_and_get_no_normals(mesh_of, content):
     mesh = mesh_of("a.STL", content(triangles))
     assert mesh.vertices[mesh.faces].tolist() == triangles.tolist()
     assert mesh.normals.shape == mesh.face_normals.shape == (0, 3)
-
-
-def test_off_keeps_the_files_order(mesh_of):
-    mesh = mesh_of("a.off", b"OFF\n# a comment\n4 2 0\n" + CORNERS.encode() + b"3 2 1 0\n3 0 2 3\n")
-    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
 
 
 # glTF
@@ -242,12 +217,6 @@ def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
     assert found.materials[0].value("metallic", (0.0,) * 3) == (1, 1, 1)
 
 
-def test_required_extensions_are_refused_unless_they_are_read(mesh_of):
-    with pytest.raises(InputError, match="needs the extension KHR_draco_mesh_compression, which is not read"):
-        mesh_of("a.glb", glb([{"mesh": 0}], extensionsRequired=["KHR_draco_mesh_compression"]))
-    assert len(mesh_of("b.glb", glb([{"mesh": 0}], extensionsRequired=["KHR_materials_unlit"])).faces) == 2
-
-
 # Damaged files
 
 
@@ -276,14 +245,6 @@ def test_damaged_files_are_refused_by_name(mesh_of, name, content, message):
 
 
 # trimesh's objects
-
-
-def test_a_trimesh_keeps_its_vertices_and_faces():
-    vertices, faces = sphere(6, 4)
-    mesh = from_trimesh(trimesh.Trimesh(vertices, faces, process=False))
-    assert np.array_equal(mesh.vertices, vertices)
-    assert np.array_equal(mesh.faces, faces)
-    assert len(mesh.normals) == 0
 
 
 def test_a_scene_is_the_sum_of_its_placed_meshes():

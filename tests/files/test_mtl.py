@@ -6,7 +6,7 @@ import pytest
 from taichi_tracer.files.images import save_image
 from taichi_tracer.files.mtl import find_library, read_mtl
 from taichi_tracer.materials import Material
-from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.system.errors import InputError
 
 
 @pytest.fixture
@@ -61,16 +61,6 @@ def test_opacity_may_be_written_as_transparency(mtl, line, opacity):
 @pytest.mark.parametrize("text", ["NEWMTL a\nkd 1 0 0\nNS 7\n", "\tnewmtl a\r\n  Kd\t1  0 0 # red\r\nNs \\\r\n7\r\n"])
 def test_case_indents_comments_and_line_ends_do_not_matter(mtl, text):
     assert mtl(text) == {"a": Material(name="a", Kd=(1, 0, 0), Ns=7)}
-
-
-def test_other_maps_are_told_once_with_their_line_and_not_used(mtl):
-    notes = []
-    materials = mtl("newmtl a\nmap_Ns a.png\nbump b.png\nnewmtl b\nmap_Ns c.png\n", notes)
-    assert materials["a"] == Material(name="a")
-    assert [note.split("scene.mtl")[1] for note in notes] == [
-        ":2: map_Ns is not used, here and in later lines",
-        ":3: bump is not used, here and in later lines",
-    ]
 
 
 @pytest.mark.parametrize(
@@ -168,13 +158,3 @@ def test_libraries_are_found_beside_the_mesh(tmp_path, statement, found):
     for name in ("a.mtl", "my.mtl", "my scene.mtl", "sub/b.mtl", "#1 # 2.mtl"):
         (tmp_path / name).touch()
     assert find_library(statement, tmp_path / "mesh.obj", "") == [tmp_path / name for name in found]
-
-
-@pytest.mark.parametrize(
-    ("statement", "missing"),
-    [("b.mtl", "'b.mtl'"), ("a.mtl b.mtl", "'b.mtl'"), ("my scene.mtl", "'my scene.mtl'")],
-)
-def test_a_missing_library_is_named_with_those_that_are_there(tmp_path, statement, missing):
-    (tmp_path / "a.mtl").touch()
-    with pytest.raises(MissingFileError, match=rf"here:7: material library {missing} not found .*: a\.mtl\)"):
-        find_library(statement, tmp_path / "mesh.obj", "here:7")

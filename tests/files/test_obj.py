@@ -1,6 +1,5 @@
 """OBJ files: every number and triangle in the file's order, and errors that name file and line."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,7 @@ from taichi_tracer.files.obj import read_obj
 from taichi_tracer.geometry import clean
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import fan
-from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.system.errors import InputError
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
@@ -37,14 +36,6 @@ def obj(tmp_path):
 # Order and numbers
 
 
-def test_vertices_and_triangles_keep_the_files_order(obj):
-    mesh = obj("v 9 0 0\nv 1 0 0\nf 2 1 3\nv 5 5 5\nf 3 2 1\n")
-    assert mesh.vertices.tolist() == [[9, 0, 0], [1, 0, 0], [5, 5, 5]]
-    assert mesh.faces.tolist() == [[1, 0, 2], [2, 1, 0]]
-    assert mesh.vertices.dtype == np.float64
-    assert mesh.faces.dtype == np.int32
-
-
 @pytest.mark.parametrize(
     "word",
     ["0.1", "0.5094649999999999", "1e-310", "-0.0", "1.7976931348623157e308", ".5", "5.", "+3", "9007199254740993"],
@@ -62,46 +53,12 @@ def test_a_weight_or_colour_after_the_position_is_ignored(obj, extras):
     assert mesh.vertices.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
 
 
-@pytest.mark.parametrize(
-    ("extra", "is_told"), [("", False), (" 1.0", False), (" .1 .2 .3", True), (" 1 .1 .2 .3", True), (" .1 .2 x", True)]
-)
-def test_colours_of_some_vertices_are_told_and_not_used(obj, extra, is_told):
-    mesh = obj(f"v 1 2 3\nv 4 5 6{extra}\nv 7 8 9\nf 1 2 3\n")
-    told = "colours of vertices are not used: x y z r g b, or x y z r g b a, is needed in every v line"
-    assert [note.split(": ", 1)[1] for note in mesh.notes] == [told] * is_told
-    assert mesh.materials == [Material()]
-
-
 # Faces
-
-
-@pytest.mark.parametrize("corners", [3, 4, 5, 9])
-def test_polygons_become_fans_from_their_first_corner(obj, corners):
-    points = "".join(f"v {k} {k * k} 0\n" for k in range(corners))
-    mesh = obj(points + "f " + " ".join(str(k + 1) for k in range(corners)))
-    assert mesh.faces.tolist() == [[0, k, k + 1] for k in range(1, corners - 1)]
 
 
 def test_negative_indices_count_back_from_where_they_stand(obj):
     mesh = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -3 -2 -1\nf 1 -1 2\n")
     assert mesh.faces.tolist() == [[0, 1, 2], [1, 2, 3], [0, 3, 1]]
-
-
-def test_vertex_normals_are_found_by_their_own_ids(obj):
-    mesh = obj(SQUARE + "vn 0 0 2\nvn 1 0 0\nf 1//2 2//1 3//2\nf 1/1/-1 3/9/-2 4/7/1\n")
-    assert mesh.normals.tolist() == [[0, 0, 2], [1, 0, 0]]
-    assert mesh.face_normals.tolist() == [[1, 0, 1], [1, 0, 0]]
-    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
-
-
-@pytest.mark.parametrize(
-    ("corner", "normal"),
-    [("1", -1), ("+1", -1), ("01", -1), ("1/7", -1), ("1/", -1), ("1//", -1), ("1/7/", -1), ("1//1", 0), ("1/7/1", 0)],
-)
-def test_every_form_of_a_corner_is_read(obj, corner, normal):
-    mesh = obj(SQUARE + f"vn 0 0 1\nf {corner} 2 3//1\n")
-    assert mesh.faces.tolist() == [[0, 1, 2]]
-    assert mesh.face_normals.tolist() == [[normal, -1, 0]]
 
 
 # Text
@@ -124,20 +81,6 @@ def test_materials_come_in_the_order_of_first_use(obj):
     assert [m.name for m in mesh.materials] == ["z", "y"]
     assert [m.Kd for m in mesh.materials] == [(0, 0, 1), (1, 0, 0)]
     assert mesh.face_materials.tolist() == [0, 1, 1, 0]
-
-
-def test_faces_before_the_first_usemtl_have_the_default_material(obj):
-    mesh = obj("mtllib a.mtl\n" + SQUARE + "f 1 2 3\nusemtl red\nf 1 3 4\n", a="newmtl red\n")
-    assert [m.name for m in mesh.materials] == ["default", "red"]
-    assert mesh.materials[0] == Material()
-    assert mesh.face_materials.tolist() == [0, 1]
-
-
-@pytest.mark.parametrize(("library", "known"), [("mtllib a.mtl\n", "known are red, blue"), ("", "known are none")])
-def test_an_unknown_material_is_named_with_the_known_ones(obj, library, known):
-    mesh = obj(library + SQUARE + "usemtl green\nf 1 2 3\n", a="newmtl red\nnewmtl blue\n")
-    assert re.search(rf"mesh\.obj:\d: unknown material 'green'.*{known}", mesh.notes[0])
-    assert mesh.materials[-1] == Material("green")
 
 
 # What cannot be used
@@ -178,26 +121,6 @@ def test_a_nan_vertex_is_read_and_its_triangles_are_dropped_and_counted(obj):
     assert cleaned.dropped == 2
     assert "2 of 3 triangles dropped (2 with a NaN or infinite vertex)" in cleaned.notes[0]
     assert "mesh.obj" in cleaned.notes[0]
-
-
-@pytest.mark.parametrize("text", [SQUARE, "# nothing\n", "o empty\n"])
-def test_a_file_without_faces_is_an_empty_mesh(obj, text):
-    mesh = obj(text)
-    assert mesh.faces.shape == (0, 3)
-    assert mesh.vertices.shape == (text.count("v "), 3)
-    assert mesh.materials == [Material()]
-
-
-def test_files_are_found_by_their_extension(tmp_path):
-    (tmp_path / "UPPER.OBJ").write_text(SQUARE + "f 1 2 3\n")
-    assert len(read(str(tmp_path / "UPPER.OBJ")).faces) == 1
-    (tmp_path / "mesh.fbx").write_text("x")
-    with pytest.raises(InputError, match=r"unknown file type '\.fbx': known are \.obj"):
-        read(tmp_path / "mesh.fbx")
-    with pytest.raises(InputError, match="this is a folder"):
-        read(tmp_path)
-    with pytest.raises(MissingFileError, match=r"none\.obj: no such file"):
-        read(tmp_path / "none.obj")
 
 
 # Against the oracle

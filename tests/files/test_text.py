@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_tracer.files.text import Lines, decode, number, numbered_lines, read_text
+from taichi_tracer.files.text import decode, number, numbered_lines, read_text
 from taichi_tracer.system.errors import InputError
 
 
@@ -42,27 +42,7 @@ def test_text_is_utf_8_or_else_latin_1():
     assert decode("Grün".encode("latin-1")) == "Grün"
 
 
-@pytest.mark.parametrize("word", ["1", "-.5", "+3.", "1e-310", "0.1", "123456789012345678901234567890"])
-def test_numbers_are_the_nearest_float64(word):
-    assert number(word, "a.obj:3") == float(word)
-
-
 @pytest.mark.parametrize("word", ["", "x", "1_0", "1,5", "0x1", "1.5.3", "١", "1e"])
 def test_what_is_no_number_names_its_place(word):
     with pytest.raises(InputError, match=f"^a.obj:3: {word!r} is not a number$"):
         number(word, "a.obj:3")
-
-
-# Lines by their first word
-
-
-def test_lines_are_taken_by_their_whole_first_word():
-    lines = Lines(b"v 1\nvn 2\n  v\t3\nvv 4\nv\nx v 5\n")
-    block = lines.take(b"v")
-    assert [line.strip() for line in block.lines()] == ["1", "3", ""]
-    assert block.ids.tolist() == [0, 2, 4]
-    assert block.numbers.tolist() == [1, 3, 5]
-    assert len(block) == 3
-
-
-# Shapes

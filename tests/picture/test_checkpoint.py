@@ -9,7 +9,6 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.merge import content_of
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.files.checkpoint import read_checkpoint, write_checkpoint
 from taichi_tracer.picture.adaptive import shares_of
 from taichi_tracer.picture.checkpoint import facts_of
 
@@ -72,16 +71,3 @@ def test_parts_of_ones_own_are_facts(scene):
     assert "BRDFs" not in usual
     assert own["BRDFs"][0].endswith("Velvet")
     assert {key for key in own if own[key] != usual.get(key)} == {"BRDFs"}
-
-
-def test_samples_of_two_sequences_are_refused_and_the_picture_stays(tmp_path):
-    """A file of "niederreiter" whose samples belong to two sequences, without the mean before the last doubling."""
-    renderer = tt.A3Renderer(tt.load_scene_data("cube", environment="white"), 4, 4).render(4)
-    path = tmp_path / "old.checkpoint"
-    renderer.save_checkpoint(path)
-    facts, arrays = read_checkpoint(path)
-    del arrays["before"]
-    write_checkpoint(path, facts, arrays)
-    with pytest.raises(tt.InputError, match="old.checkpoint: it has no before: its samples are of another kind"):
-        renderer.load_checkpoint(path)
-    assert renderer.samples == 4

@@ -1,7 +1,6 @@
 """What a denoiser adds is measured with samples that it has not seen, and is told."""
 
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -61,23 +60,6 @@ def test_the_bias_and_the_noise_that_is_left_are_told_apart(scene, truth, monkey
     assert f"{100 * found.bias:.3g} % is bias that this added; the noise was " in str(found)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("make", "told"),
-    [
-        (lambda s: tt.A3Renderer(s, 8, 8).render(4), "niederreiter has no two halves of samples"),
-        (lambda s: tt.A3Renderer(s, 8, 8, sampler="independent").render(4), "independent has no two halves"),
-        (lambda s: tt.A3Renderer(s, 8, 8, sampler="sobol").render(1), "and two samples or more"),
-        (lambda s: tt.A1Renderer(s, 8, 8).render(1), "hit is no picture of light with noise"),
-    ],
-)
-def test_what_has_no_halves_is_refused(scene, make, told):
-    with pytest.raises(tt.InputError, match=told):
-        make(scene).denoised()
-    with pytest.raises(tt.InputError, match=told):
-        make(scene).clamped(2)
-
-
 # ── clamped ──
 
 
@@ -106,10 +88,3 @@ def test_the_command_line_clamps_or_denoises(tmp_path, capsys):
         assert main([*words, *wrong, "-o", str(tmp_path / "b.png")]) == 2
         assert told in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
-def test_without_the_library_one_line_says_what_to_install(tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "pyoidn", None)
-    assert main(["render", "cube", "--denoise", "-o", str(tmp_path / "a.png")]) == 2
-    assert 'Open Image Denoise is not installed: pip install "taichi_tracer[denoise]"' in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

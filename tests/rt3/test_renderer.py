@@ -6,9 +6,6 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.rt3.renderer import RT3Renderer, renderer_of
 
-BALL = (0.25, 0.5, 1.0, 1.5)
-CORNERS = [(0, 0, 0.2), (0, 1, 0.2), (1, 1, 0.2), (1, 0, 0.2)]
-
 pytestmark = pytest.mark.usefixtures("f32")
 
 
@@ -32,9 +29,6 @@ def test_a_range_that_is_set_before_it_is_shown_counts(ball):
     renderer.set_depth(zmin=1, zmax=2)
     assert renderer.active.name == "flat"
     assert renderer.use("depth_map").active.zmax == 2
-
-
-DOCUMENTS = [name for name in tt.scene_names() if name.startswith("rt3/")]
 
 
 def test_the_question_of_the_three_spheres_has_its_answer():

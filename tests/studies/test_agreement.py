@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 
 from taichi_tracer.apps import agreement as command
-from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.studies.agreement import Compared, Group, block_scores
 
 
@@ -47,14 +45,3 @@ def test_what_is_told():
     text = command.as_page("<scene>", [group(-7.75)])
     assert "&lt;scene&gt;" in text
     assert text.count("<img") == 1
-
-
-@ti.data_oriented
-class Dark(Diffuse):
-    """Its samples have a weight that is 5 % too small."""
-
-    name = "dark"
-
-    @ti.func
-    def sample_weight(self, material, w_o, w_i, n):
-        return 0.95 * material.Kd

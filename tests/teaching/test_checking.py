@@ -5,8 +5,6 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.apps.cli import main
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.checking import check_folder
 from taichi_tracer.teaching.handing_out import write_folder
@@ -100,18 +98,3 @@ def test_in_a_notebook_classes_are_given():
     assert by_name["Camera.compute_matrix"].verdict.status == "missing"
     assert "pixel corner instead of centre" in report._repr_html_()
     assert tt.teaching.check("a1", MyCamera).points == report.points == 0  # twice: the function is still a function
-
-
-def test_words_that_cannot_be_used(solved, tmp_path, capfd):
-    assert main(["check", str(tmp_path)]) == 2
-    assert "assignment.json is missing" in capfd.readouterr().err
-    assert main(["check", str(solved), "generate_rai"]) == 2
-    assert "unknown part 'generate_rai': did you mean" in capfd.readouterr().err
-    (solved / "assignment.json").write_text("{")
-    assert main(["check", str(solved)]) == 2
-    assert "the file is damaged" in capfd.readouterr().err
-    assert not (solved / "check.html").exists()
-    with pytest.raises(InputError, match="check takes classes"):
-        tt.teaching.check("a1", "MyCamera")
-    with pytest.raises(InputError, match="unknown class 'Sampler'"):
-        tt.teaching.check("a1", tt.Sampler)

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.cutting import solved, stub_of, with_package
+from taichi_tracer.teaching.cutting import stub_of, with_package
 
 SOURCE = '''"""A file."""
 
@@ -64,15 +64,6 @@ def test_a_stub_knows_the_package_that_its_mark_calls(head, expected):
     stub = stub_of(head + body, "f.py")
     assert stub.startswith(f"{expected}def f():")
     assert with_package(stub) == stub
-
-
-def test_the_solved_file_has_the_solution_and_no_tags():
-    text = solved(SOURCE, "f.py")
-    assert "        y = x + 1\n        return y" in text
-    assert "def helper" in text
-    assert "SOLUTION" not in text
-    assert "PROMPT" not in text
-    assert "z = ..." not in text
 
 
 @pytest.mark.parametrize(

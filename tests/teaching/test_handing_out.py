@@ -34,18 +34,6 @@ def folders(tmp_path_factory):
     return made
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_folder_is_complete(folders, name):
-    assignment = catalogue.load(name)
-    files = {path.name for path in folders[name][0].iterdir()}
-    assert files >= {*assignment.files, assignment.program, "README.md", "check.py", "assignment.json"}
-    text = (folders[name][0] / "README.md").read_text(encoding="utf-8")
-    assert all(f"`{file}`" in text for file in assignment.files)
-    pictures = [word.split(")")[0] for word in text.split("](")[1:]]
-    assert pictures
-    assert set(pictures) <= files
-
-
 def statements(source: str) -> set[str]:
     """The syntax trees of all statements of a text, without those that stand in any program."""
     tree = ast.parse(source)

@@ -92,17 +92,6 @@ def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
     assert found["HOME"] == "/x"
 
 
-def test_limits_alone_are_taken_by_trust_only(monkeypatch):
-    monkeypatch.setattr(isolate, "problem_of", lambda level: "a reason" if level.name == "bwrap" else None)
-    best = best_level.__wrapped__
-    assert best(trust=True).name == "limits"
-    with pytest.raises(InputError, match="a reason; .*--trust"):
-        best()
-    monkeypatch.setattr(isolate, "problem_of", lambda level: "a reason")
-    with pytest.raises(InputError, match="a reason$"):
-        best(trust=True)
-
-
 def test_a_container_has_no_network_and_gets_the_package(tmp_path, monkeypatch):
     """The program that runs containers is one that says what it was asked for."""
     (tmp_path / "podman").write_text('#!/bin/sh\necho "$@" >&2\n')

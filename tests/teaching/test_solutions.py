@@ -11,34 +11,7 @@ import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.loading import solution_of
 
-
-class ShippedIntersector(tt.BruteForceRayIntersector):
-    """With its own constructor, so that it is bound to the geometry of the part."""
-
-    def __init__(self, geometry, triangle_test="moller_trumbore"):
-        super().__init__(geometry, triangle_test)
-
-
-SHIPPED = {"Camera": tt.Camera, "PerspectiveCamera": tt.Camera, "OrthographicCamera": tt.OrthographicCamera}
-SHIPPED |= {"RayIntersector": ShippedIntersector, "Environment": tt.Environment, "UniformSampler": tt.UniformSampler}
-SHIPPED |= {"BRDF": tt.BRDF, "MeshLightSampler": tt.MeshLightSampler}
-SHIPPED |= {"PointLight": tt.PointLight, "DirectionalLight": tt.DirectionalLight, "SpotLight": tt.SpotLight}
-SHIPPED |= {"AmbientLight": tt.AmbientLight, "BlinnPhong": tt.BlinnPhong}
-SHIPPED |= {"A2Renderer": tt.A2Renderer, "A3Renderer": tt.A3Renderer, "A4Renderer": tt.A4Renderer}
-VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
-PARTS = [
-    (name, part.name)
-    for name in catalogue.names()
-    for part in catalogue.load(name).parts
-    if part.replaces in SHIPPED and hasattr(SHIPPED[part.replaces], part.method)
-]
-
-
 pytestmark = pytest.mark.usefixtures("f32")
-
-
-def test_most_methods_are_compared():
-    assert len(PARTS) >= 20
 
 
 @pytest.mark.parametrize("view", ["normal"])

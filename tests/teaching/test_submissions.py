@@ -9,7 +9,6 @@ import zlib
 import pytest
 from teaching.sums import zipped
 
-from taichi_tracer.teaching import submissions
 from taichi_tracer.teaching.submissions import RefusedError, find, submission, unpack
 
 FILES = ("camera.py", "renderer.py")
@@ -66,11 +65,6 @@ def test_links_and_devices(kind, tmp_path):
     refused(tmp_path / "1.zip", tmp_path, "link or a device")
 
 
-def test_too_many_files(tmp_path):
-    files = {f"{i}.py": "" for i in range(submissions.MOST_ENTRIES + 1)}
-    refused(zipped(tmp_path / "1.zip", files), tmp_path, "more than 400 files")
-
-
 def test_too_many_bytes(tmp_path):
     with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:  # stored, so that the ratio is 1
         for i in range(19):
@@ -81,11 +75,6 @@ def test_too_many_bytes(tmp_path):
         archive.writestr("z.bin", os.urandom(1 << 10) * (2 << 10))
     with pytest.raises(RefusedError, match="times its packed size|more than 20 MB"):
         unpack(submission(path), tmp_path / "again", FILES)
-
-
-def test_a_bomb(tmp_path):
-    refused(zipped(tmp_path / "1.zip", {"camera.py": bytes(10 << 20)}), tmp_path, "more than 100 times")
-    assert sum(p.stat().st_size for p in (tmp_path / "target").rglob("*")) < 1 << 20
 
 
 def test_sizes_are_counted_and_not_believed(tmp_path):
@@ -115,9 +104,6 @@ def test_what_is_no_zip_file(content, tmp_path):
         assert unpacked(tmp_path / "1.zip", tmp_path).notes == ["missing: camera.py, renderer.py"]
         return
     refused(tmp_path / "1.zip", tmp_path)
-
-
-# ── what is normal ──
 
 
 # ── whose it is ──
