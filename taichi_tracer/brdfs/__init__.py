@@ -1,1 +1,5 @@
-"""How surfaces reflect light: one BRDF per file. ``base`` states the interface."""
+"""BRDFs: how surfaces reflect light.
+
+A file has one class that derives from ``base.Brdf``, with ``eval``, ``pdf`` and ``sample``, and is registered. Add a
+BRDF as a new file of this folder; ``surface.py`` gives integrators the BRDF of the material at a hit.
+"""

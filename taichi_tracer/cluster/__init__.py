@@ -1,4 +1,7 @@
-"""Pictures on more than one machine, by Dask: sample ranges go out, and sums come back; docs/cluster.md.
+"""Pictures on more than one machine, by Dask; see docs/cluster.md.
+
+A file has one role: the client, the jobs, the division of samples, or the worker. Add another kind of cluster to
+``clusters.py``.
 
     import taichi_tracer as tt
     result = tt.cluster.render("cornell_box", cluster="local:2", estimator="mis", environment="studio", spp=256)

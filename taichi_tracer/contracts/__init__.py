@@ -1,4 +1,5 @@
-"""What every part of a kind must do, as numbers that are compared: for ``taichi-tracer check-part``, and for the tests.
+"""Checks that every part of a kind must pass, for ``taichi-tracer check-part`` and for the tests.
 
-Each file has the checks of one kind. A check raises an AssertionError that says the first wrong number.
+A file has the checks of one kind; a check raises an AssertionError that has the first wrong number. Add a check to the
+file of its kind, and enter it in ``steps.py``.
 """

@@ -1,4 +1,7 @@
-"""The adapter to the code of the Taichi course: its students' files, its ids from 1, and renderers that only it has.
+"""The adapter to the code of the Taichi course: its files, its ids from 1, and renderers that only it has.
+
+A file has the adapters of one subject, so that no other folder knows the course's conventions. Add a class that
+students write to ``adapters.py``.
 
 ``tt.course("A1_codebase/taichi_tracer")`` uses a student's files in all pictures of this process, see ``use.Course``::
 

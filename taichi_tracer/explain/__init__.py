@@ -1,1 +1,5 @@
-"""Explains one pixel: every number on the way from the pixel to its colour, from the code that makes the picture."""
+"""The explanation of one pixel: every number on the way from the pixel to its colour.
+
+A file has one stage: observed parts write a log, the log becomes a tree of steps, and the steps become text and
+drawings. Add a number to ``recorded.py``, and its words to ``steps.py``.
+"""

@@ -1,4 +1,8 @@
-"""What accuracy costs, what breaks, and what a scene needs: measured on the machine at hand."""
+"""Measurements on the user's machine: what accuracy costs, what breaks, and what effects cost.
+
+A file has one study, which returns numbers, or a part that studies share. Add a study as a new file and a command for
+it; hard cases belong to the folder ``hard``.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path

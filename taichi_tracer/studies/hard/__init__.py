@@ -1,1 +1,5 @@
-"""The parts of the stability suite: modes and their promises, oracles, constructions, and the catalogue of cases."""
+"""Hard cases: scenes and rays for which rounding decides, with the results that each mode promises.
+
+A file has cases of one subject, which are subclasses of ``case.Case`` or ``case.RendererCase``. Add a case to the file
+of its subject, and enter it in ``catalogue.py``.
+"""
