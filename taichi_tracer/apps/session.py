@@ -46,6 +46,7 @@ REST_EVERY, REST_SHARE, REST_MOST = 0.3, 0.025, 0.45
 ERROR_EVERY, ERROR_SHARE, ERROR_MOST = 0.3, 0.05, 0.4
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
+TRIES = 5  # moving pictures that are tried, until their size is as coarse as they must be
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 SIDES = ("left", "right")  # of two pictures
@@ -137,10 +138,10 @@ class Session(Mailbox):
 
     def _warm_moving(self) -> None:
         """Compile the picture that a moving camera shows, so that the first drag does not wait."""
-        self._is_cold, begin = False, self.now()
-        quick_pixels(self.renderer.render())
-        self.preview.took(self.renderer, self.now() - begin)
-        quick_pixels(self.preview.of(self.renderer).render())
+        for _ in range(TRIES):
+            begin = self.now()
+            quick_pixels(self.preview.of(self.renderer).render())
+            self.preview.took(self.renderer, self.now() - begin)
         PixelProbe(0, 0, self.renderer).place(self.renderer)
         self._compiled.add(self._kernels_of(self.state.settings))
 
@@ -184,8 +185,9 @@ class Session(Mailbox):
         if is_busy:
             self.render()
             self.make_frame()
-        if self._is_cold and self._framed and not self.is_moving and self.split is None:
-            self._warm_moving()
+        if self._is_cold and self._framed and self.choice is None and self.split is None:
+            self._is_cold = False
+            self.choose("preparing the moving picture", self._unit, self._warm_moving)
         return bool(events or answered or is_busy)
 
     @property
@@ -345,7 +347,7 @@ class Session(Mailbox):
             """Show it, and compile what is still missing."""
             state.show(wanted)
             quick_pixels(self.renderer.render())
-            self._is_cold, self._framed = True, ()
+            self._warm_moving()
 
         what, chosen = state.find(wanted.view)
         wanted = state.lit(wanted, chosen)

@@ -266,7 +266,13 @@ function render({ model, el }) {
     const { pointed: found } = state, isHere = pointer && found?.column === pointer[0] && found.row === pointer[1];
     const side = state.split?.mode === "sides" && pointer?.[0] >= border * state.width ? 1 : 0;
     const numbers = state.split?.mode === "difference" ? `left ${found?.values[0]}, right ${found?.values[1]}` : found?.values[side];
-    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${numbers}; sees ${found.place}` : ""));
+    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}: ` + (isHere ? `${numbers}; sees ${found.place}` : `shown as ${bytesAt(...pointer)}`));
+  }
+
+  const single = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+  function bytesAt(column, row) { // what the page knows at once, until the program answers
+    single.drawImage(canvas, -column, -row);
+    return [...single.getImageData(0, 0, 1, 1).data.slice(0, 3)].join(", ");
   }
 
   const box = () => canvas.getBoundingClientRect();
