@@ -77,7 +77,7 @@ _HOME_OF = {
     "Picture": "files.picture",
     "save_image": "files.images",
     "read_image": "files.images",
-    "show": "apps.widget",
+    "show": "apps.page.widget",
 }
 
 _PACKAGES = ("cluster", "course", "studies", "teaching")

@@ -4,7 +4,7 @@ from taichi_tracer import cluster as cluster
 from taichi_tracer import course as course
 from taichi_tracer import studies as studies
 from taichi_tracer import teaching as teaching
-from taichi_tracer.apps.widget import show as show
+from taichi_tracer.apps.page.widget import show as show
 from taichi_tracer.background import Background as Background
 from taichi_tracer.brdfs.base import Brdf as Brdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF

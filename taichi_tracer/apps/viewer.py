@@ -20,16 +20,16 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps import pace
 from taichi_tracer.apps.display import can_open_window
-from taichi_tracer.apps.frames import quick_pixels
 from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
+from taichi_tracer.apps.page import pace
+from taichi_tracer.apps.page.frames import quick_pixels
+from taichi_tracer.apps.page.preview import Preview, current
+from taichi_tracer.apps.page.renderer_state import RendererState, after
+from taichi_tracer.apps.page.server import serve
+from taichi_tracer.apps.page.session import Session
 from taichi_tracer.apps.pictures import first_renderer
-from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.renderer_state import RendererState, after
 from taichi_tracer.apps.reproduce import as_command, camera_words, environment_name, name_of_light, position_of
-from taichi_tracer.apps.server import serve
-from taichi_tracer.apps.session import Session
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator

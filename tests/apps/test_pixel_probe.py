@@ -5,7 +5,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.pixel_probe import PixelProbe
+from taichi_tracer.apps.page.pixel_probe import PixelProbe
 
 
 @pytest.fixture(scope="module")

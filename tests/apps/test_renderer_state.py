@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.apps.renderer_state import RendererState
+from taichi_tracer.apps.page.renderer_state import RendererState
 from taichi_tracer.renderer import A1Renderer, A2Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0

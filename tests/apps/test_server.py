@@ -11,10 +11,10 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from taichi_tracer.apps import server as module
-from taichi_tracer.apps.events import checked
-from taichi_tracer.apps.frames import Frame
-from taichi_tracer.apps.server import LiveServer, open_server
+from taichi_tracer.apps.page import server as module
+from taichi_tracer.apps.page.events import checked
+from taichi_tracer.apps.page.frames import Frame
+from taichi_tracer.apps.page.server import LiveServer, open_server
 
 
 class Watched:

@@ -10,7 +10,7 @@ from PIL import Image
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.session import Session
+from taichi_tracer.apps.page.session import Session
 from taichi_tracer.files.srgb import to_bytes
 
 SIZE = (32, 24)

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from taichi_tracer.apps.events import checked
-from taichi_tracer.apps.frames import Frame
+from taichi_tracer.apps.page.events import checked
+from taichi_tracer.apps.page.frames import Frame
 
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
@@ -21,7 +21,7 @@ CANCEL = "cancel"  # the event that does not wait for the thread that renders, b
 Event = tuple[str, dict[str, Any]]  # its type and its members
 
 
-class Mailbox:
+class Channel:
     """Events and calls that wait for the thread that renders, and the newest frame for those that wait for one.
 
     Args:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from taichi_tracer.apps.renderer_state import RendererState
+from taichi_tracer.apps.page.renderer_state import RendererState
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.tones.heat import Scale, heat, round_up
@@ -15,7 +15,7 @@ EQUAL = ("samples", "seconds")  # what both pictures have the same number of
 BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
 
 
-class Split:
+class CompareView:
     """Two sides, each with settings of its own, and one camera.
 
     Attributes:

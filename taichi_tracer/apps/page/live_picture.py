@@ -9,11 +9,11 @@ from typing import Any
 
 import anywidget
 
-from taichi_tracer.apps.session import Session
+from taichi_tracer.apps.page.session import Session
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
-FOLDER = Path(__file__).with_name("live")
+FOLDER = Path(__file__).parent
 IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
 REST = 0.1  # seconds between two looks if no event comes: another cell may have changed the renderer
 

@@ -24,7 +24,7 @@ from websockets.http11 import Request, Response
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as serve_sockets
 
-from taichi_tracer.apps.session import FILES, Session
+from taichi_tracer.apps.page.session import FILES, Session
 from taichi_tracer.system.errors import InputError
 
 LOOPBACK = "127.0.0.1"
@@ -50,7 +50,7 @@ SCRIPT, STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
 PAGES = {"/": ("live.html", "text/html; charset=utf-8"), "/live.css": ("live.css", STYLE)}
 PAGES |= {f"/{name}": (name, SCRIPT) for name in ("live.js", "host.js")}
 SOCKET = "/socket"
-FOLDER = Path(__file__).with_name("live")
+FOLDER = Path(__file__).parent
 QUIET = logging.getLogger("taichi_tracer.page")  # who sends what is no request is refused, and nothing is told
 QUIET.disabled = True
 

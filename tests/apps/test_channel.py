@@ -5,12 +5,12 @@ import time
 
 import pytest
 
-from taichi_tracer.apps.mailbox import MOST_EVENTS, Mailbox
+from taichi_tracer.apps.page.channel import MOST_EVENTS, Channel
 
 
 @pytest.fixture
 def mail():
-    return Mailbox(time.monotonic)
+    return Channel(time.monotonic)
 
 
 def test_ten_thousand_events_are_no_queue(mail):

@@ -2,7 +2,7 @@
 
 import copy
 
-from taichi_tracer.apps.renderer_state import copy_values
+from taichi_tracer.apps.page.renderer_state import copy_values
 from taichi_tracer.progressive import ProgressiveRenderer
 
 WANTED = {False: 1 / 25, True: 1 / 16}  # seconds of a frame at most: of a view, and of random samples

@@ -27,7 +27,7 @@ def show(what: SceneData | ProgressiveRenderer, width: int = SIZE, height: int =
     """
     if find_spec("anywidget") is None:
         raise InputError(MISSING)
-    from taichi_tracer.apps.live_picture import LivePicture
+    from taichi_tracer.apps.page.live_picture import LivePicture
 
     if isinstance(what, SceneData):
         if what.effects.is_dark:

@@ -20,17 +20,17 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps import pace
-from taichi_tracer.apps.compile_ahead import COSTS, START, Choice, compiling_process
-from taichi_tracer.apps.events import OF_HOSTS
-from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.mailbox import Mailbox
+from taichi_tracer.apps.page import pace
+from taichi_tracer.apps.page.channel import Channel
+from taichi_tracer.apps.page.compare_view import DIFFERENCE, OFF, CompareView
+from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
+from taichi_tracer.apps.page.events import OF_HOSTS
+from taichi_tracer.apps.page.frames import Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.pixel_probe import PixelProbe, linear_values
+from taichi_tracer.apps.page.preview import Preview, current
+from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.pictures import first_renderer
-from taichi_tracer.apps.pixel_probe import PixelProbe, linear_values
-from taichi_tracer.apps.preview import Preview, current
-from taichi_tracer.apps.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, environment_name, position_of
-from taichi_tracer.apps.split import DIFFERENCE, OFF, Split
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.picture.typical_error import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -59,8 +59,8 @@ class Cancelled(BaseException):
     """Somebody does not want any more what is being compiled; no ``Exception``, which others might swallow."""
 
 
-class Session(Mailbox):
-    """One live picture: what is shown, what was chosen, and the newest frame; ``Mailbox`` has what other threads call.
+class Session(Channel):
+    """One live picture: what is shown, what was chosen, and the newest frame; ``Channel`` has what other threads call.
 
     Args:
         renderer: what is shown first.
@@ -99,7 +99,7 @@ class Session(Mailbox):
     def _begin_with(self, renderer: ProgressiveRenderer) -> None:
         """Show a renderer, of another scene than the one before."""
         self.state = RendererState(renderer, self.settings)
-        self.split: Split | None = None
+        self.split: CompareView | None = None
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -438,7 +438,7 @@ class Session(Mailbox):
 
         def begin() -> None:
             """Make the second picture, and compile it."""
-            self.split = Split(self.state, mode)
+            self.split = CompareView(self.state, mode)
             self.state = self.split.state
             for one in self.split.sides:
                 quick_pixels(one.renderer.render())
