@@ -174,7 +174,7 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
 def lost(one: Supervised, error: EndedError) -> Told:
     """Print, and return, what is told of a part that gave no answer."""
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
-    from taichi_tracer.teaching.boxes import box, lines_of
+    from taichi_tracer.teaching.html_boxes import box, lines_of
 
     name = (one.present or {})["begins"]
     points = one.about["points"][name]
@@ -187,11 +187,11 @@ def finished(title: str, target: Path, found: Sequence[Told]) -> int:
     """Write the page, and print the summary. Returns the exit code."""
     from taichi_tracer.files import page
     from taichi_tracer.files.disk import replace_file
-    from taichi_tracer.teaching import boxes
+    from taichi_tracer.teaching import html_boxes
 
     text = summary(found)
     body = [page.paragraph(text), *(one.html for one in found)]
-    replace_file(target, boxes.whole(title, body).encode())
+    replace_file(target, html_boxes.whole(title, body).encode())
     print(f"{text}\n{target}")
     return 0 if all(t.is_right for t in found) else NOT_RIGHT
 

@@ -21,10 +21,10 @@ class Aov:
 
     Attributes:
         name: the name that ``renderer.aov`` and ``--aov`` take.
-        member: the member of ``RayHits``, or of ``looks.Looks``, that it shows.
+        member: the member of ``RayHits``, or of ``albedo_uv.AlbedoUv``, that it shows.
         miss: its value where the ray hits nothing.
         channels: the names of its components in an EXR file.
-        is_look: whether it is a member of ``looks.Looks``.
+        is_look: whether it is a member of ``albedo_uv.AlbedoUv``.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Aov:
 
         Args:
             hits: the ``RayHits``.
-            looks: their ``Looks``, which are needed if ``is_look``.
+            looks: their ``AlbedoUv``, which are needed if ``is_look``.
         """
         values = getattr(looks if self.is_look else hits, self.member).copy()
         values[~hits.is_hit] = self.miss

@@ -10,12 +10,12 @@ from taichi_tracer.files.images import check_writable, encode_png, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.albedo_uv import albedo_uv_of
 from taichi_tracer.picture.aovs import Aov, as_channels, channel_names, find_aovs
 from taichi_tracer.picture.denoised import Changed, clamped, denoised
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.looks import looks_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
@@ -176,7 +176,7 @@ class RenderedPicture:
             return {}
         y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
         hits = self.scene_data.intersect(*self.camera.rays(x, y))
-        looks = looks_of(self.scene_data.in_kernels(), hits) if any(aov.is_look for aov in aovs) else None
+        looks = albedo_uv_of(self.scene_data.in_kernels(), hits) if any(aov.is_look for aov in aovs) else None
         return {aov: self._as_image(aov.of(hits, looks)) for aov in aovs}
 
     def _as_image(self, rows: np.ndarray) -> np.ndarray:

@@ -12,12 +12,12 @@ from taichi_tracer.files import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.source import plain
-from taichi_tracer.teaching import boxes, catalogue
+from taichi_tracer.teaching import catalogue, html_boxes
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
-from taichi_tracer.teaching.handing_out import RECORD
-from taichi_tracer.teaching.loading import OK, Loaded, load_submission, solution_of
+from taichi_tracer.teaching.export import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
+from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.telling import Teller, Told, summary
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``apps.supervised`` allows
@@ -46,7 +46,7 @@ class CheckedPart:
 
     def lines_of_verdict(self) -> list[str]:
         """The verdict, with the first wrong numbers."""
-        return boxes.lines_of(self.part.name, self.part.points, self.verdict, self.seconds)
+        return html_boxes.lines_of(self.part.name, self.part.points, self.verdict, self.seconds)
 
     def lines_of_findings(self) -> list[str]:
         """What is probably wrong."""
@@ -63,9 +63,9 @@ class CheckedPart:
         verdict = self.verdict
         facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
         if verdict.status == RIGHT:
-            return boxes.box(self.part.name, facts, PartResult(RIGHT))
+            return html_boxes.box(self.part.name, facts, PartResult(RIGHT))
         hint = self.findings[0].hint if self.findings else ""
-        return boxes.box(self.part.name, facts, verdict, [finding.text for finding in self.findings], hint)
+        return html_boxes.box(self.part.name, facts, verdict, [finding.text for finding in self.findings], hint)
 
 
 @dataclass
@@ -122,10 +122,10 @@ class Report:
 
     def page(self) -> str:
         """A whole document of HTML."""
-        return boxes.whole(self.assignment.title, self.body())
+        return html_boxes.whole(self.assignment.title, self.body())
 
     def _repr_html_(self) -> str:
-        return boxes.in_notebook(self.body())
+        return html_boxes.in_notebook(self.body())
 
 
 def check_folder(

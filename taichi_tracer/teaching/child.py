@@ -29,7 +29,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.teaching import catalogue, kept, loading, mistakes, running
+from taichi_tracer.teaching import cache, catalogue, mistakes, running, student_import
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.isolate import SIZE, pack, unpack
 
@@ -55,12 +55,12 @@ class Work:
         """Load the solution, and then the hand-in: all of it, or some files."""
         self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
-        self.solution = self.student = loading.solution_of(self.assignment)
+        self.solution = self.student = student_import.solution_of(self.assignment)
         if message.get("folder"):
             folder, files = Path(message["folder"]).resolve(), message.get("files")
-            self.student = loading.load_submission(folder, self.assignment)
+            self.student = student_import.load_submission(folder, self.assignment)
             if files and not self.student.is_of_course:
-                self.student = loading.load_classes(folder, files, self.solution)
+                self.student = student_import.load_classes(folder, files, self.solution)
         return {}, {}
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -87,7 +87,7 @@ class Work:
 
     def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
-        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | kept.parted(arrays)
+        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | cache.parted(arrays)
         part = self.assignment.part(message["part"])
         found = mistakes.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
         return {"findings": [asdict(finding) for finding in found]}, {}

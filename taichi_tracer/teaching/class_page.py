@@ -12,7 +12,7 @@ import numpy as np
 
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
-from taichi_tracer.teaching import boxes
+from taichi_tracer.teaching import html_boxes
 from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment
 from taichi_tracer.teaching.grade import GradingSettings, pictures_of
 from taichi_tracer.teaching.marks import Mark, most_points
@@ -58,7 +58,7 @@ def write(
         links[mark.key] = f"<a href='{file}'>{html.escape(mark.student)}</a>"
         for part in (part for part in mark.parts if part.name in pictures):
             row = rows.setdefault(part.name, [small(pictures[part.name]["right"], "right")])
-            row.append(boxes.coloured(part.status, small(pictures[part.name]["yours"], mark.student)))
+            row.append(html_boxes.coloured(part.status, small(pictures[part.name]["yours"], mark.student)))
     replace_file(folder / "index.html", class_page(assignment, marks, links, rows, settings).encode())
     return folder / "index.html"
 
@@ -81,12 +81,12 @@ def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapp
         shown = replace(part, message=message, pictures=pictures.get(part.name, {}))
         found, hint = [one["text"] for one in part.findings], "".join(one["hint"] for one in part.findings[:1])
         parts.append(
-            boxes.box(part.name, f"{part.earned:g} of {part.points:g} points, {part.topic}", shown, found, hint)
+            html_boxes.box(part.name, f"{part.earned:g} of {part.points:g} points, {part.topic}", shown, found, hint)
         )
     overview = [
         {
             "part": html.escape(part.name),
-            "status": boxes.coloured(part.status, html.escape(part.status)),
+            "status": html_boxes.coloured(part.status, html.escape(part.status)),
             "points": f"{part.earned:g} of {part.points:g}",
             "topic": html.escape(part.topic),
             "seconds": f"{part.seconds:.1f}",
@@ -106,7 +106,7 @@ def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapp
         printed=f"<h2>What it printed</h2><pre>{printed}</pre>" if printed else "",
         level=html.escape(mark.level),
     )
-    return boxes.whole(f"{assignment.title}: {mark.student}", [text])
+    return html_boxes.whole(f"{assignment.title}: {mark.student}", [text])
 
 
 # ── the class ──
@@ -139,7 +139,7 @@ def class_page(
             f"Walls around each submission: {settings.level}. Seed of the inputs: {settings.seed}."
         ),
     }
-    return boxes.whole(f"{assignment.title}: the class", [CLASS.substitute(facts)], STYLE)
+    return html_boxes.whole(f"{assignment.title}: the class", [CLASS.substitute(facts)], STYLE)
 
 
 def distribution(scores: Sequence[float], points: float) -> str:
@@ -185,7 +185,7 @@ def students_table(marks: Sequence[Mark], links: Mapping[str, str]) -> str:
     rows = []
     for mark in marks:
         remarks = [mark.refused] * bool(mark.refused) + [f"imports: {text}" for text in mark.imports]
-        cells = {part.name: boxes.coloured(part.status, f"{part.earned:g}") for part in mark.parts}
+        cells = {part.name: html_boxes.coloured(part.status, f"{part.earned:g}") for part in mark.parts}
         cells |= {"remarks": html.escape("; ".join(remarks))}
         rows.append({"student": links[mark.key], "score": f"<strong>{mark.score:g}</strong>", **cells})
     return page.cards(rows, list(rows[0]))

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.teaching import kept, submissions
+from taichi_tracer.teaching import cache, submissions
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -32,13 +32,13 @@ from taichi_tracer.teaching.base import (
     Part,
     PartResult,
 )
+from taichi_tracer.teaching.import_rules import check_imports
 from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, Limits, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.judges import Samples
-from taichi_tracer.teaching.loading import LONGEST_MESSAGE, OK
 from taichi_tracer.teaching.marks import Mark, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
-from taichi_tracer.teaching.roundabout import check_imports
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
+from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
@@ -299,13 +299,13 @@ def cut(text: str) -> str:
 def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
     """Where the mark of a submission is kept, without an ending."""
     digest = hashlib.sha256(f"{fingerprint(assignment)}/{seed}/{submitted.digest}".encode()).hexdigest()
-    return kept.cache_folder() / "grades" / digest[:32]
+    return cache.cache_folder() / "grades" / digest[:32]
 
 
 def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
     """Keep a mark and its pictures."""
-    kept.keep_arrays(place.with_suffix(".npz"), pictures)
-    kept.keep(place.with_suffix(".json"), json.dumps(mark.facts()).encode())
+    cache.keep_arrays(place.with_suffix(".npz"), pictures)
+    cache.keep(place.with_suffix(".json"), json.dumps(mark.facts()).encode())
 
 
 def read(place: Path) -> Mark | None:
@@ -318,5 +318,5 @@ def read(place: Path) -> Mark | None:
 
 def pictures_of(assignment: Assignment, submitted: Submission, seed: int) -> dict[str, dict[str, np.ndarray]]:
     """Part → "yours", "right" and "difference" of a submission that was graded; {} if they were not kept."""
-    pictures = kept.arrays_in(kept_at(assignment, submitted, seed).with_suffix(".npz")) or {}
-    return kept.parted({name: picture.astype(np.float64) for name, picture in pictures.items()})
+    pictures = cache.arrays_in(kept_at(assignment, submitted, seed).with_suffix(".npz")) or {}
+    return cache.parted({name: picture.astype(np.float64) for name, picture in pictures.items()})

@@ -36,8 +36,8 @@ import numpy as np
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays
+from taichi_tracer.teaching.cache import VARIABLE, cache_folder
 from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.kept import VARIABLE, cache_folder
 
 LEVELS = ("bwrap", "limits")  # the stronger first
 NOT_STOPPED = {

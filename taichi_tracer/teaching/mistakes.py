@@ -18,11 +18,11 @@ import numpy as np
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
-from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
 from taichi_tracer.teaching.judges import agree
-from taichi_tracer.teaching.loading import OK, Loaded, load_classes, solution_of
 from taichi_tracer.teaching.running import answer
+from taichi_tracer.teaching.strip_solution import solved
+from taichi_tracer.teaching.student_import import OK, Loaded, load_classes, solution_of
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from pathlib import Path
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
+from taichi_tracer.teaching.cache import arrays_in, cache_folder, joined, keep_arrays, parted
 from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
-from taichi_tracer.teaching.kept import arrays_in, cache_folder, joined, keep_arrays, parted
-from taichi_tracer.teaching.loading import OK
+from taichi_tracer.teaching.student_import import OK
 
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
 TRUSTED = WallLevel("limits")

@@ -23,8 +23,8 @@ from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
-from taichi_tracer.teaching.loading import OK, Loaded, crash, is_method, solution_of, taken_name
 from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark
+from taichi_tracer.teaching.student_import import OK, Loaded, crash, is_method, solution_of, taken_name
 
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
 NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"

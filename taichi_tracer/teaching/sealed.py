@@ -15,7 +15,7 @@ import numpy as np
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
-from taichi_tracer.teaching.kept import arrays_in
+from taichi_tracer.teaching.cache import arrays_in
 
 ANSWERS, FACTS = "answers.npz", "checks.json"
 

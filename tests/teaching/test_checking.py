@@ -7,7 +7,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.checking import check_folder
-from taichi_tracer.teaching.handing_out import write_folder
+from taichi_tracer.teaching.export import write_folder
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 

@@ -6,11 +6,11 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import fixtures
 from taichi_tracer.teaching.base import Arrays, Part, method
+from taichi_tracer.teaching.fixtures import HIT, members
 from taichi_tracer.teaching.judges import Numbers, picture
 from taichi_tracer.teaching.rows import rows
-from taichi_tracer.teaching.stand_ins import HIT, members
 
 RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits to colours"
 
@@ -19,14 +19,14 @@ RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits
 
 def pixels(rng: np.random.Generator) -> Arrays:
     """Every pixel of a picture."""
-    size = stand_ins.picture_size(rng)
+    size = fixtures.picture_size(rng)
     x, y = np.meshgrid(np.arange(size["width"]), np.arange(size["height"]))
     return {"pixel": np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32), **size}
 
 
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The point of each pixel."""
-    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"])
+    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
 
     @ti.func
     def ndc(pixel):
@@ -41,7 +41,7 @@ def points_and_angles(rng: np.random.Generator) -> Arrays:
     return {
         "ndc": rng.uniform(-1, 1, (400, 2)).astype(np.float32),
         "fov": np.repeat(fov, 50).astype(np.float32),
-        **stand_ins.picture_size(rng),
+        **fixtures.picture_size(rng),
     }
 
 
@@ -50,7 +50,7 @@ def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
     coords = np.zeros((len(inputs["ndc"]), 4), np.float32)
     for fov in np.unique(inputs["fov"]):
         chosen = inputs["fov"] == fov
-        camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], fov=float(fov))
+        camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], fov=float(fov))
         found = rows(camera.generate_camera_coords, {"ndc": inputs["ndc"][chosen]}, ["ndc"], {"coords": 4})
         coords[chosen] = found["coords"]
     return {"camera_coords": coords}
@@ -58,14 +58,14 @@ def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
 
 def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
     """Every pixel of a picture, for one camera."""
-    view = {name: array[0] for name, array in stand_ins.views(rng, 1).items()}
+    view = {name: array[0] for name, array in fixtures.views(rng, 1).items()}
     return {**pixels(rng), **view}
 
 
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The eye ray of each pixel."""
-    view = stand_ins.view_of(inputs)
-    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
+    view = fixtures.view_of(inputs)
+    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], **view)
 
     @ti.func
     def eye_ray(pixel):
@@ -88,8 +88,8 @@ def triangles(rng: np.random.Generator, count: int) -> Arrays:
             area = np.linalg.norm(np.cross(edges[0], edges[1])) / 2
             if area > 0.35 * np.square(edges).sum() / 12**0.5 / 2:
                 break
-    face_normal = stand_ins.unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    normals = stand_ins.unit(face_normal[:, None] + rng.uniform(-0.45, 0.45, (count, 3, 3)))
+    face_normal = fixtures.unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    normals = fixtures.unit(face_normal[:, None] + rng.uniform(-0.45, 0.45, (count, 3, 3)))
     return {
         "vertices": corners.reshape(-1, 3),
         "faces": np.arange(3 * count, dtype=np.int32).reshape(count, 3),
@@ -123,9 +123,9 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     uv[inside & (w < MARGIN)] = 1 / 3
     e1, e2 = corners[ids, 1] - corners[ids, 0], corners[ids, 2] - corners[ids, 0]
     target = corners[ids, 0] + uv[:, :1] * e1 + uv[:, 1:] * e2
-    normal = stand_ins.unit(np.cross(e1, e2))
+    normal = fixtures.unit(np.cross(e1, e2))
     side = np.where(rng.random(rays) < 0.5, 1.0, -1.0)[:, None]
-    away = stand_ins.unit(normal * side + 0.8 * stand_ins.directions(rng, rays))
+    away = fixtures.unit(normal * side + 0.8 * fixtures.directions(rng, rays))
     steep = abs((away * normal).sum(axis=1)) > 0.15
     away = np.where(steep[:, None], away, normal * side)
     length = np.where(rng.random((rays, 1)) < 0.3, 1, np.exp(rng.uniform(np.log(0.3), np.log(3), (rays, 1))))
@@ -133,7 +133,7 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     behind = (kind == 7) & (rng.random(rays) < 0.7)
     direction[behind] *= -1
     parallel = (kind == 7) & ~behind
-    direction[parallel] = (stand_ins.unit(e1) * length)[parallel]
+    direction[parallel] = (fixtures.unit(e1) * length)[parallel]
     return {
         "origin": origin.astype(np.float32),
         "direction": direction.astype(np.float32),
@@ -144,7 +144,7 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
 
 def run_triangle(intersector_class: type, inputs: Arrays) -> Arrays:
     """The hit of each ray on its own triangle."""
-    intersector = stand_ins.intersector(intersector_class, inputs)
+    intersector = fixtures.intersector(intersector_class, inputs)
 
     @ti.func
     def hit(origin, direction, triangle_id):
@@ -157,7 +157,7 @@ def rays_at_many(rng: np.random.Generator) -> Arrays:
     """Rays at 24 triangles that lie one behind the other; one ray of eight hits nothing."""
     mesh = triangles(rng, 24)
     rays = 200
-    origin = 5 * stand_ins.directions(rng, rays)
+    origin = 5 * fixtures.directions(rng, rays)
     inner = rng.uniform(-0.8, 0.8, (rays, 3))
     inner[::3] *= 0.2
     direction = (inner - origin) * rng.uniform(0.2, 1, (rays, 1))
@@ -186,7 +186,7 @@ def is_clear(mesh: Arrays, origin: np.ndarray, direction: np.ndarray) -> np.ndar
 
 def run_nearest(intersector_class: type, inputs: Arrays) -> Arrays:
     """The nearest hit of each ray."""
-    intersector = stand_ins.intersector(intersector_class, inputs)
+    intersector = fixtures.intersector(intersector_class, inputs)
 
     @ti.func
     def hit(origin, direction):
@@ -206,7 +206,7 @@ def hits(rng: np.random.Generator) -> Arrays:
     whole = np.concatenate([np.ones((count, 1)), ids], axis=1).astype(np.int32)
     whole[::10] = [0, 0, -1, -1]
     distance = rng.uniform(0, 14, (count, 1))
-    real = np.concatenate([distance, uv, stand_ins.directions(rng, count)], axis=1).astype(np.float32)
+    real = np.concatenate([distance, uv, fixtures.directions(rng, count)], axis=1).astype(np.float32)
     real[::10] = [np.inf, 0, 0, 0, 0, 0]
     return dict(zip(HIT, [*whole.T.copy(), real[:, 0], real[:, 1:3], real[:, 3:]], strict=True))
 
@@ -215,7 +215,7 @@ def run_view(name: str):
     """A function that runs one view on all hits."""
 
     def run(renderer_class: type, inputs: Arrays) -> Arrays:
-        renderer = stand_ins.bare(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
+        renderer = fixtures.bare(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
         shade = getattr(renderer, f"shade_{name}")
 
         @ti.func
@@ -241,7 +241,7 @@ def run_picture(view: str):
 
     def run(classes, inputs: Arrays) -> Arrays:
         scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector)
-        camera = classes.Camera(SIZE, SIZE, **stand_ins.view_of(inputs))
+        camera = classes.Camera(SIZE, SIZE, **fixtures.view_of(inputs))
         renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
         picture = np.asarray(renderer.image())
         scene.destroy()
@@ -260,10 +260,10 @@ POINTS, CAMERAS = Numbers(1e-4, called="points"), Numbers(1e-4, called="cameras"
 PARTS = (
     method("Camera.generate_ndc_coords", 2, RAYS, pixels, run_ndc, PIXELS),
     method("Camera.generate_camera_coords", 3, RAYS, points_and_angles, run_camera_coords, POINTS),
-    method("Camera.compute_matrix", 3, RAYS, stand_ins.places, stand_ins.run_matrix, CAMERAS),
+    method("Camera.compute_matrix", 3, RAYS, fixtures.places, fixtures.run_matrix, CAMERAS),
     method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, run_ray, PIXELS),
     method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, run_triangle, HITS),
     method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, run_nearest, HITS),
     *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),
-    *(picture(view, 1, stand_ins.front_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
+    *(picture(view, 1, fixtures.front_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
 )

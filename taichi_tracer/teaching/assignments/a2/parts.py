@@ -7,7 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.teaching import rooms, stand_ins
+from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
@@ -21,15 +21,15 @@ SAMPLES = 4096  # of each input; the nearest known mistake is 29 standard errors
 
 def pixels(rng: np.random.Generator) -> Arrays:
     """Sixteen pixels of a picture that is not square, and a camera."""
-    size = stand_ins.picture_size(rng)
+    size = fixtures.picture_size(rng)
     pixel = np.stack([rng.integers(0, size["width"], 16), rng.integers(0, size["height"], 16)], axis=1)
-    view = {name: array[0] for name, array in stand_ins.views(rng, 1).items()}
+    view = {name: array[0] for name, array in fixtures.views(rng, 1).items()}
     return {"pixel": pixel.astype(np.int32), **size, **view}
 
 
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The centre of each pixel, and random points of it, in widths and heights of a pixel from its centre."""
-    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"])
+    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
 
     @ti.func
     def centre(pixel):
@@ -48,8 +48,8 @@ def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
 
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The ray through the centre of each pixel, and how far random rays turn from it, in a thousandth of a radian."""
-    view = stand_ins.view_of(inputs)
-    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
+    view = fixtures.view_of(inputs)
+    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], **view)
 
     @ti.func
     def centre(pixel):
@@ -81,7 +81,7 @@ def means(rng: np.random.Generator) -> Arrays:
 
 def run_mean(renderer_class: type, inputs: Arrays) -> Arrays:
     """The mean with the next sample."""
-    renderer = stand_ins.bare(renderer_class)
+    renderer = fixtures.bare(renderer_class)
     return rows(renderer.running_mean, inputs, ["mean", "sample", "count"], {"new mean": 3})
 
 
@@ -109,7 +109,7 @@ def sky(rng: np.random.Generator) -> Arrays:
 def run_sky(environment_class: type, inputs: Arrays) -> Arrays:
     """The radiance from each direction."""
     environment = environment_class(inputs["image"])
-    environment.texels = stand_ins.Guarded(environment.texels)
+    environment.texels = fixtures.Guarded(environment.texels)
 
     @ti.func
     def radiance(direction):
@@ -130,14 +130,14 @@ def repeats(rng: np.random.Generator) -> Arrays:
 
 def run_uniform(sampler_class: type, inputs: Arrays) -> Arrays:
     """Samples of each set."""
-    first, direct = int(inputs["set"][0]), stand_ins.bare(sampler_class).sample_direction
+    first, direct = int(inputs["set"][0]), fixtures.bare(sampler_class).sample_direction
     found = samples(direct, {}, [], {"direction": 3}, 4 * SAMPLES, range(first, first + len(inputs["set"])))
     return {"direction": statistics(found["direction"]), "length": length_of(found["direction"])}
 
 
 def run_uniform_pdf(sampler_class: type, inputs: Arrays) -> Arrays:
     """The density, the same for every direction."""
-    density = stand_ins.bare(sampler_class).evaluate_probability
+    density = fixtures.bare(sampler_class).evaluate_probability
     return rows(density, {}, [], {"probability": 1}, range(len(inputs["set"])))
 
 
@@ -149,9 +149,9 @@ def surfaces(rng: np.random.Generator, count: int) -> Arrays:
 
     Four diffuse ones have normals along the axes, where a frame that is built carelessly does not exist.
     """
-    normal = stand_ins.directions(rng, count)
+    normal = fixtures.directions(rng, count)
     normal[[0, 3, 6, 9]] = [[0, 1, 0], [0, 0, 1], [1, 0, 0], [0, -1, 0]]
-    w_o = stand_ins.unit(normal + 0.9 * stand_ins.directions(rng, count))
+    w_o = fixtures.unit(normal + 0.9 * fixtures.directions(rng, count))
     is_diffuse, Ns = np.arange(count) % 3 == 0, np.ones(count)
     Ns[~is_diffuse] = np.exp(np.linspace(np.log(1.5), np.log(120), count - is_diffuse.sum()) + rng.uniform(0, 0.2))
     f32 = np.float32
@@ -167,7 +167,7 @@ def run_drawn(material, names):
     """
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        brdf = stand_ins.bare(brdf_class)
+        brdf = fixtures.bare(brdf_class)
 
         @ti.func
         def w_i(a, b, w_o, normal):
@@ -183,7 +183,7 @@ def run_values(material, names, method_name: str, answer: str, width: int):
     """A function that evaluates a method for all pairs of directions; see ``run_drawn``."""
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(stand_ins.bare(brdf_class), method_name)
+        function = getattr(fixtures.bare(brdf_class), method_name)
 
         @ti.func
         def value(a, b, w_o, w_i, normal):
@@ -202,10 +202,10 @@ def pairs_of_directions(rng: np.random.Generator) -> Arrays:
     found = surfaces(rng, 300)
     n, w_o = found["normal"].astype(np.float64), found["w_o"].astype(np.float64)
     w_r = 2 * (n * w_o).sum(axis=1, keepdims=True) * n - w_o
-    near = stand_ins.unit(w_r + rng.uniform(0, 0.6, (300, 1)) * stand_ins.directions(rng, 300))
-    w_i = np.where(rng.random((300, 1)) < 0.6, near, stand_ins.directions(rng, 300))
+    near = fixtures.unit(w_r + rng.uniform(0, 0.6, (300, 1)) * fixtures.directions(rng, 300))
+    w_i = np.where(rng.random((300, 1)) < 0.6, near, fixtures.directions(rng, 300))
     is_below = (n * w_i).sum(axis=1) < 0.02
-    flipped = stand_ins.unit(w_i - 2 * (n * w_i).sum(axis=1, keepdims=True) * n + 0.1 * n)
+    flipped = fixtures.unit(w_i - 2 * (n * w_i).sum(axis=1, keepdims=True) * n + 0.1 * n)
     w_i = np.where((is_below & (found["Ns"] == 1))[:, None], flipped, w_i)
     return {**found, "w_i": w_i.astype(np.float32)}
 
@@ -223,7 +223,7 @@ def any_pairs_of_directions(rng: np.random.Generator) -> Arrays:
 def rough_surfaces(rng: np.random.Generator, count: int) -> Arrays:
     """Rough metals. Both roughnesses of each are the same, so that every frame about the normal gives the same."""
     found, f32 = surfaces(rng, count), np.float32
-    w_o = stand_ins.unit(found["normal"] + 0.97 * stand_ins.directions(rng, count))
+    w_o = fixtures.unit(found["normal"] + 0.97 * fixtures.directions(rng, count))
     alpha, F0 = np.exp(rng.uniform(np.log(0.1), np.log(0.9), count)), rng.uniform(0.1, 0.9, (count, 3))
     return {"alpha": alpha.astype(f32), "F0": F0.astype(f32), "normal": found["normal"], "w_o": w_o.astype(f32)}
 
@@ -233,9 +233,9 @@ def rough_pairs(rng: np.random.Generator) -> Arrays:
     found = rough_surfaces(rng, 300)
     n, w_o = found["normal"].astype(np.float64), found["w_o"].astype(np.float64)
     w_r = 2 * (n * w_o).sum(axis=1, keepdims=True) * n - w_o
-    w_i = stand_ins.unit(w_r + rng.uniform(0, 0.6, (300, 1)) * stand_ins.directions(rng, 300))
+    w_i = fixtures.unit(w_r + rng.uniform(0, 0.6, (300, 1)) * fixtures.directions(rng, 300))
     cosine = (n * w_i).sum(axis=1, keepdims=True)
-    w_i = stand_ins.unit(w_i + np.maximum(0.15 - cosine, 0) * n)
+    w_i = fixtures.unit(w_i + np.maximum(0.15 - cosine, 0) * n)
     return {**found, "w_i": w_i.astype(np.float32)}
 
 
@@ -260,18 +260,18 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
     )
     eye = np.array([0.2, 1.5, 5.0])
     below = rng.uniform([-2.1, 0, 0.7], [-1.7, 0, 0.8], (2, 3))
-    direction = stand_ins.unit(np.concatenate([target - eye, [[0.3, 1, -1], [-1, 0.4, 1]], below - eye]))
+    direction = fixtures.unit(np.concatenate([target - eye, [[0.3, 1, -1], [-1, 0.4, 1]], below - eye]))
     lit = {
         "origin": np.tile(eye, (RAYS, 1)).astype(np.float32),
         "direction": direction.astype(np.float32),
         "vertices": vertices,
-        "faces": rooms.quads(4),
+        "faces": light_scenes.quads(4),
         "materials": np.array([0, 0, 1, 1, 0, 0, 0, 0], np.int32),
         "Kd": rng.uniform(0.3, 0.9, (2, 3)),
         "Ns": np.array([1.0, rng.uniform(4, 12)]),
         "image": image,
     }
-    return rooms.turned(rng, lit)
+    return light_scenes.turned(rng, lit)
 
 
 # ── a picture ──
@@ -279,27 +279,27 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
 
 def spheres_view(rng: np.random.Generator) -> Arrays:
     """A camera in front of the spheres, and a sky."""
-    return {**stand_ins.front_view(rng), "image": rng.uniform(0.2, 2, (8, 16, 3)).astype(np.float32)}
+    return {**fixtures.front_view(rng), "image": rng.uniform(0.2, 2, (8, 16, 3)).astype(np.float32)}
 
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The spheres, with all of the student's classes."""
     environment = classes.Environment(inputs["image"])
-    environment.texels = stand_ins.Guarded(environment.texels)
+    environment.texels = fixtures.Guarded(environment.texels)
     scene = tt.load_scene_data("specular_spheres", environment=environment)
-    size = stand_ins.SIZE
-    camera = classes.Camera(size, size, **stand_ins.view_of(inputs))
+    size = fixtures.SIZE
+    camera = classes.Camera(size, size, **fixtures.view_of(inputs))
     renderer = classes.A2Renderer(scene, camera=camera).use("brdf")
-    found = stand_ins.noisy_picture(renderer, first_seed=0)
+    found = fixtures.noisy_picture(renderer, first_seed=0)
     scene.destroy()
     return found
 
 
 LENGTH = ("length",)
-BOTH = stand_ins.run_integrators(("uniform", "brdf"), LIGHT_SAMPLES)
+BOTH = fixtures.run_integrators(("uniform", "brdf"), LIGHT_SAMPLES)
 PIXELS, RAYS_OF_PIXELS = Samples(("centre",), "pixels"), Samples(("origin", "direction"), "pixels")
 DIRECTION = Numbers(2e-3, called="directions")
-COURSE, ROUGH = (stand_ins.material_of, ("Kd", "Ns")), (stand_ins.rough_material_of, ("alpha", "F0"))
+COURSE, ROUGH = (fixtures.material_of, ("Kd", "Ns")), (fixtures.rough_material_of, ("alpha", "F0"))
 VALUES = (
     ("evaluate_probability", "probability", 1),
     ("evaluate_brdf", "f_r", 3),

@@ -6,7 +6,7 @@ import taichi as ti
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.threads import inside_kernel
-from taichi_tracer.teaching import rooms, stand_ins
+from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
@@ -28,7 +28,7 @@ def triangles(rng: np.random.Generator) -> Arrays:
 
 def run_area(sampler_class: type, inputs: Arrays) -> Arrays:
     """The area of each triangle."""
-    return rows(stand_ins.bare(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
+    return rows(fixtures.bare(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
 
 
 def lights(rng: np.random.Generator) -> Arrays:
@@ -49,13 +49,13 @@ def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
     """An object of the class under test whose tables are filled in."""
     corners = inputs["vertices"].reshape(-1, 3, 3)[inputs["emissive"]]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    fields = stand_ins.kept("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
+    fields = fixtures.kept("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
     fields["cdf"].fill(0)
     for i in range(TRIANGLES if has_cdf else 0):
         fields["cdf"][i] = areas[: i + 1].sum() / areas.sum()
     total = float(areas.sum())
-    made = stand_ins.bare(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
-    made.geometry = stand_ins.geometry(inputs)
+    made = fixtures.bare(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
+    made.geometry = fixtures.geometry(inputs)
     return made
 
 
@@ -124,13 +124,13 @@ def densities(rng: np.random.Generator) -> Arrays:
 
 def run_conversion(renderer_class: type, inputs: Arrays) -> Arrays:
     """The densities per solid angle."""
-    renderer = stand_ins.bare(renderer_class)
+    renderer = fixtures.bare(renderer_class)
     return rows(renderer.to_solid_angle, inputs, ["pdf", "distance", "cos_light"], {"pdf_solid_angle": 1})
 
 
 def run_heuristic(renderer_class: type, inputs: Arrays) -> Arrays:
     """The weights."""
-    return rows(stand_ins.bare(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
+    return rows(fixtures.bare(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
 
 
 # ── environments ──
@@ -259,11 +259,11 @@ def run_image_points(environment_class: type, inputs: Arrays) -> Arrays:
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box with all of the student's classes."""
-    return stand_ins.lit_cornell_box(classes.A3Renderer, "mis", classes.MeshLightSampler, inputs)
+    return fixtures.lit_cornell_box(classes.A3Renderer, "mis", classes.MeshLightSampler, inputs)
 
 
 LIGHTS, RENDERER, ENVIRONMENT, IMAGE = "MeshLightSampler", "A3Renderer", "EnvironmentSampler", "Environment"
-BOTH = stand_ins.run_integrators(("environment", "mis"), LIGHT_SAMPLES)
+BOTH = fixtures.run_integrators(("environment", "mis"), LIGHT_SAMPLES)
 NUMBERS, AREAS = Numbers(1e-4), Numbers(1e-4, called="triangles")
 TEXELS, DENSITIES = Numbers(1e-6, called="texels"), Numbers(1e-5, called="texels")
 PARTS = (
@@ -274,10 +274,10 @@ PARTS = (
     method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(exact=("length",), called="points")),
     method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, run_conversion, NUMBERS),
     method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, run_heuristic, NUMBERS),
-    method(f"{RENDERER}.shade_ray", 6, COMBINED, rooms.lamp_room, BOTH, Samples(called="rays")),
+    method(f"{RENDERER}.shade_ray", 6, COMBINED, light_scenes.lamp_room, BOTH, Samples(called="rays")),
     method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
     method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),
     optional(method(f"{IMAGE}.precompute_scalar", 3, SKY, image, run_scalar, TEXELS)),
     optional(method(f"{IMAGE}.importance_sample_envmap", 5, SKY, image, run_image_points, Samples(called="sets"))),
-    picture("mis", 2, stand_ins.any_seed, run_picture),
+    picture("mis", 2, fixtures.any_seed, run_picture),
 )

@@ -5,7 +5,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.teaching import rooms, stand_ins
+from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
@@ -30,7 +30,7 @@ def bounces(rng: np.random.Generator) -> Arrays:
 def run_throughput(renderer_class: type, inputs: Arrays) -> Arrays:
     """The throughputs after the bounces."""
     names = ["throughput", "f_r", "cosine", "pdf"]
-    return rows(stand_ins.bare(renderer_class).next_throughput, inputs, names, {"throughput": 3})
+    return rows(fixtures.bare(renderer_class).next_throughput, inputs, names, {"throughput": 3})
 
 
 def games(rng: np.random.Generator) -> Arrays:
@@ -42,14 +42,14 @@ def games(rng: np.random.Generator) -> Arrays:
 
 def run_roulette(renderer_class: type, inputs: Arrays) -> Arrays:
     """The throughputs after many games of each row."""
-    play = stand_ins.bare(renderer_class).play_roulette
+    play = fixtures.bare(renderer_class).play_roulette
     found = samples(play, inputs, ["throughput", "q"], {"throughput": 3}, SAMPLES)
     return {"throughput": statistics(found["throughput"])}
 
 
 def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
     """Samples of the light that the lamps send by one reflection."""
-    renderer = renderer_class(stand_ins.scene(inputs), 8, 8)
+    renderer = renderer_class(fixtures.scene(inputs), 8, 8)
 
     @ti.func
     def light(origin, direction):
@@ -62,8 +62,8 @@ def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
 
 def two_rooms(rng: np.random.Generator) -> Arrays:
     """A closed room that emits everywhere, where light bounces often, and a room with two lamps."""
-    closed = {f"closed {name}": array for name, array in rooms.closed_room(rng).items()}
-    return {**rooms.lamp_room(rng), **closed}
+    closed = {f"closed {name}": array for name, array in light_scenes.closed_room(rng).items()}
+    return {**light_scenes.lamp_room(rng), **closed}
 
 
 def run_paths(renderer_class: type, inputs: Arrays) -> Arrays:
@@ -71,21 +71,21 @@ def run_paths(renderer_class: type, inputs: Arrays) -> Arrays:
     closed = {name.removeprefix("closed "): array for name, array in inputs.items() if name.startswith("closed ")}
     found = {}
     for mode, room in (("implicit", closed), ("explicit", inputs)):
-        renderer = renderer_class(stand_ins.scene(room), 8, 8).use(mode)
+        renderer = renderer_class(fixtures.scene(room), 8, 8).use(mode)
         renderer.max_bounces, renderer.rr_start_bounce, renderer.rr_termination_probability = BOUNCES, 1, 0.3
-        found[f"radiance ({mode})"] = stand_ins.light_along(renderer, room, PATH_SAMPLES)
+        found[f"radiance ({mode})"] = fixtures.light_along(renderer, room, PATH_SAMPLES)
     return found
 
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box after some bounces."""
-    return stand_ins.lit_cornell_box(classes.A4Renderer, "explicit", tt.MeshLightSampler, inputs)
+    return fixtures.lit_cornell_box(classes.A4Renderer, "explicit", tt.MeshLightSampler, inputs)
 
 
 PARTS = (
     method("A4Renderer.next_throughput", 2, PATHS, bounces, run_throughput, Numbers(1e-4, called="bounces")),
     method("A4Renderer.play_roulette", 2, ROULETTE, games, run_roulette, Samples(called="games")),
-    method("A4Renderer.sample_light", 4, EVENTS, rooms.lamp_room, run_event, Samples(called="rays")),
+    method("A4Renderer.sample_light", 4, EVENTS, light_scenes.lamp_room, run_event, Samples(called="rays")),
     method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays", for_means=0.8)),
-    picture("explicit", 2, stand_ins.any_seed, run_picture),
+    picture("explicit", 2, fixtures.any_seed, run_picture),
 )

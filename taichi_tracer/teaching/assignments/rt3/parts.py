@@ -4,7 +4,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import fixtures
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, picture
 from taichi_tracer.teaching.rows import rows
@@ -14,11 +14,11 @@ FRAME, SCREEN, RAYS = "camera frames", "raster images", "projections"
 
 def pixels(rng: np.random.Generator) -> Arrays:
     """Pixels and points between pixels, of a picture that is not square, with a window that is not centred."""
-    size = stand_ins.picture_size(rng)
+    size = fixtures.picture_size(rng)
     counts = [size["width"], size["height"]]
     pixel = rng.uniform(-0.5, 1, (300, 2)) + rng.integers(0, counts, (300, 2))
     pixel[::2] = pixel[::2].round()
-    view = {name: array[0] for name, array in stand_ins.views(rng, 1).items() if name != "fov"}
+    view = {name: array[0] for name, array in fixtures.views(rng, 1).items() if name != "fov"}
     window = np.array([-1, 1, -1, 1]) * rng.uniform(0.4, 2, 4)
     return {"pixel": pixel.astype(np.float32), "screen_window": window, **size, **view}
 
@@ -26,8 +26,8 @@ def pixels(rng: np.random.Generator) -> Arrays:
 def camera_of(camera_class: type, inputs: Arrays):
     """The camera of the inputs."""
     kind = tt.OrthographicCamera if issubclass(camera_class, tt.OrthographicCamera) else tt.Camera
-    view = stand_ins.view_of(inputs, "eye", "at", "up", "screen_window")
-    return stand_ins.camera(camera_class, inputs["width"], inputs["height"], kind, **view)
+    view = fixtures.view_of(inputs, "eye", "at", "up", "screen_window")
+    return fixtures.camera(camera_class, inputs["width"], inputs["height"], kind, **view)
 
 
 def run_screen(camera_class: type, inputs: Arrays) -> Arrays:
@@ -55,13 +55,13 @@ def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
 
 def cornell_view(rng: np.random.Generator) -> Arrays:
     """A camera in front of the Cornell box, whose angle of view the window says."""
-    return {name: array for name, array in stand_ins.front_view(rng).items() if name != "fov"}
+    return {name: array for name, array in fixtures.front_view(rng).items() if name != "fov"}
 
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box through both cameras, side by side."""
     scene = tt.load_scene_data("cornell_box")
-    view = stand_ins.view_of(inputs, *inputs)
+    view = fixtures.view_of(inputs, *inputs)
     cameras = [classes.PerspectiveCamera(48, 48, fov=60.0, **view)]
     cameras.append(classes.OrthographicCamera(48, 48, screen_window=(-1.2, 1.2, -1.2, 1.2), **view))
     pictures = [np.asarray(tt.A1Renderer(scene, camera=camera).use("normal").image()) for camera in cameras]
@@ -71,7 +71,7 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 SAME, CAMERAS = Numbers(1e-4, called="pixels"), Numbers(1e-4, called="cameras")
 PARTS = (
-    method("PerspectiveCamera.compute_matrix", 3, FRAME, stand_ins.places, stand_ins.run_matrix, CAMERAS),
+    method("PerspectiveCamera.compute_matrix", 3, FRAME, fixtures.places, fixtures.run_matrix, CAMERAS),
     method("PerspectiveCamera.pixel_to_screen", 3, SCREEN, pixels, run_screen, SAME),
     method("PerspectiveCamera.generate_ray", 3, RAYS, pixels, run_ray, SAME),
     method("OrthographicCamera.generate_ray", 3, RAYS, pixels, run_ray, SAME),

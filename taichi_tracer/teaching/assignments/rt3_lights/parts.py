@@ -10,7 +10,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.scene_lights import SceneLights
-from taichi_tracer.teaching import rooms, stand_ins
+from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, picture
 from taichi_tracer.teaching.rows import rows
@@ -67,7 +67,7 @@ def colours(rng: np.random.Generator, count: int) -> np.ndarray:
 def points(rng: np.random.Generator) -> Arrays:
     """Forty points that each light lights; x is first relative to the light."""
     which = np.repeat(np.arange(COUNT), 40).astype(np.int32)
-    offset = stand_ins.directions(rng, len(which)) * rng.uniform(0.4, 4, (len(which), 1))
+    offset = fixtures.directions(rng, len(which)) * rng.uniform(0.4, 4, (len(which), 1))
     position = rng.uniform(-2, 2, (COUNT, 3))
     intensity = rng.uniform(4, 20, (COUNT, 3))
     attenuation = rng.uniform(0.1, 1, (COUNT, 3))
@@ -103,7 +103,7 @@ def run_sample(*names: str) -> Callable[[type, Arrays], Arrays]:
 def points_far_away(rng: np.random.Generator) -> Arrays:
     """Ten points in each of six parallel lights, whose directions are of any length."""
     which = np.repeat(np.arange(COUNT), 10).astype(np.int32)
-    way = stand_ins.directions(rng, COUNT) * rng.uniform(1.5, 4, (COUNT, 1))
+    way = fixtures.directions(rng, COUNT) * rng.uniform(1.5, 4, (COUNT, 1))
     x = rng.uniform(-3, 3, (len(which), 3)).astype(f32)
     return {"x": x, "light": which, "way": way, "irradiance": rng.uniform(0.5, 4, (COUNT, 3))}
 
@@ -116,15 +116,15 @@ def points_in_cones(rng: np.random.Generator) -> Arrays:
     found = points(rng)
     which, position = found["light"], found["position"]
     count, far = len(which), rng.uniform(0.4, 4, (len(which), 1))
-    target = position + stand_ins.directions(rng, COUNT) * rng.uniform(1.5, 3, (COUNT, 1))
+    target = position + fixtures.directions(rng, COUNT) * rng.uniform(1.5, 3, (COUNT, 1))
     falloff = rng.uniform(8, 20, COUNT).round() * (np.arange(COUNT) < 4)
     cutoff = falloff + rng.uniform(15, 40, COUNT).round()
     low, high = np.maximum(falloff, 4)[which], cutoff[which]
     theta, kind, has_middle = rng.uniform(low, high), np.arange(count) % 6, which < 4
     theta = np.where((kind == 0) & has_middle, 0.7 * low, theta)
     theta = np.where(kind == 1, high + rng.uniform(2, 40, count), theta)
-    axis = stand_ins.unit(target - position)[which]
-    side = stand_ins.unit(np.cross(axis, stand_ins.directions(rng, count)))
+    axis = fixtures.unit(target - position)[which]
+    side = fixtures.unit(np.cross(axis, fixtures.directions(rng, count)))
     turned = np.radians(theta)[:, None]
     x = position[which] + (np.cos(turned) * axis + np.sin(turned) * side) * far
     on_axis = (kind == 2) & has_middle
@@ -134,9 +134,9 @@ def points_in_cones(rng: np.random.Generator) -> Arrays:
 
 def rounded_up(rng: np.random.Generator, position: np.ndarray, target: np.ndarray, which: np.ndarray) -> np.ndarray:
     """(n, 3) points on the axes: those of 50 each at which rounding makes the cosine of the angle the largest."""
-    axis = stand_ins.unit(target - position)[which][:, None]
+    axis = fixtures.unit(target - position)[which][:, None]
     x = (position[which][:, None] + axis * rng.uniform(0.4, 4, (len(which), 50, 1))).astype(f32)
-    cosine = (stand_ins.unit(x - position[which][:, None]) * axis).sum(axis=2)
+    cosine = (fixtures.unit(x - position[which][:, None]) * axis).sum(axis=2)
     return x[np.arange(len(which)), cosine.argmax(axis=1)]
 
 
@@ -215,15 +215,15 @@ def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
 
 def surfaces(rng: np.random.Generator, count: int) -> Arrays:
     """Surfaces that are seen from the front, with interpolated normals that differ from those of their triangles."""
-    n = stand_ins.unit([0, 1, 0] + 0.7 * stand_ins.directions(rng, count))
-    flat = stand_ins.unit(n + 0.35 * stand_ins.directions(rng, count))
+    n = fixtures.unit([0, 1, 0] + 0.7 * fixtures.directions(rng, count))
+    flat = fixtures.unit(n + 0.35 * fixtures.directions(rng, count))
     Ns = np.exp(rng.uniform(np.log(2), np.log(60), count)).astype(f32)
     return {"Ns": Ns, "normal": n.astype(f32), "geometric_normal": flat.astype(f32), "w_o": seen(rng, n, flat)}
 
 
 def seen(rng: np.random.Generator, n: np.ndarray, flat: np.ndarray) -> np.ndarray:
     """(count, 3) directions to the viewer, above both planes."""
-    return stand_ins.unit(n + flat + 1.2 * stand_ins.directions(rng, len(n))).astype(f32)
+    return fixtures.unit(n + flat + 1.2 * fixtures.directions(rng, len(n))).astype(f32)
 
 
 def pairs_of_lights(rng: np.random.Generator) -> Arrays:
@@ -233,14 +233,14 @@ def pairs_of_lights(rng: np.random.Generator) -> Arrays:
     """
     found, count = surfaces(rng, 300), 300
     n, is_behind = found["normal"].astype(np.float64), np.arange(count) % 4 == 0
-    side = stand_ins.unit(np.cross(n, stand_ins.directions(rng, count)))
-    w_o = np.where(is_behind[:, None], stand_ins.unit(side + 0.2 * n), found["w_o"])
-    any_light = stand_ins.directions(rng, count)
-    behind = stand_ins.unit(0.2 * any_light - n)
+    side = fixtures.unit(np.cross(n, fixtures.directions(rng, count)))
+    w_o = np.where(is_behind[:, None], fixtures.unit(side + 0.2 * n), found["w_o"])
+    any_light = fixtures.directions(rng, count)
+    behind = fixtures.unit(0.2 * any_light - n)
     found["Ns"] = np.where(is_behind, rng.uniform(1.5, 5, count), found["Ns"]).astype(f32)
     cosine = (n * w_o).sum(axis=1, keepdims=True)
-    offset = cosine * rng.uniform(0.2, 0.6, (count, 1)) * stand_ins.directions(rng, count)
-    near = stand_ins.unit(2 * cosine * n - w_o + offset)
+    offset = cosine * rng.uniform(0.2, 0.6, (count, 1)) * fixtures.directions(rng, count)
+    near = fixtures.unit(2 * cosine * n - w_o + offset)
     l2 = np.where(is_behind[:, None], behind, any_light)
     return {**found, "w_o": w_o.astype(f32), "l": near.astype(f32), "l2": l2.astype(f32)}
 
@@ -279,7 +279,7 @@ class PlainScene:
     """
 
     def __init__(self, lights: list, balls: np.ndarray) -> None:
-        self.effects = Effects(**stand_ins.PLAIN_EFFECTS)
+        self.effects = Effects(**fixtures.PLAIN_EFFECTS)
         self.lights, self.balls = SceneLights(lights, self.effects), balls.tolist()
         self.ray_intersector = self
 
@@ -317,10 +317,10 @@ def lit_surfaces(rng: np.random.Generator) -> Arrays:
     lamp = np.array([-1, 2, 0]) + rng.uniform(-0.1, 0.1, 3)
     x = rng.uniform([-1.5, 0, -1.5], [1.5, 0.3, 1.5], (count, 3))
     found = surfaces(rng, count)
-    l = stand_ins.unit(lamp - x)
-    level = stand_ins.unit(np.cross(l, stand_ins.directions(rng, count)))
+    l = fixtures.unit(lamp - x)
+    level = fixtures.unit(np.cross(l, fixtures.directions(rng, count)))
     tilt = rng.uniform(0.12, 0.3, (count, 2, 1)) * [[[1], [-1]]]
-    below, above = (stand_ins.unit(level + tilt[:, i] * l) for i in (1, 0))
+    below, above = (fixtures.unit(level + tilt[:, i] * l) for i in (1, 0))
     kind = np.arange(count) % 10
     n = np.where((kind < 2)[:, None], below, np.where((kind < 4)[:, None], above, found["normal"]))
     flat = np.where((kind < 4)[:, None], np.where((kind < 2)[:, None], above, below), found["geometric_normal"])
@@ -378,8 +378,8 @@ def mirror_room(rng: np.random.Generator) -> Arrays:
     at2 = other[rng.integers(0, 3, count), np.arange(count)]
     return {
         "origin": eye.astype(f32),
-        "direction": stand_ins.unit(at - eye).astype(f32),
-        "direction2": stand_ins.unit(at2 - eye).astype(f32),
+        "direction": fixtures.unit(at - eye).astype(f32),
+        "direction2": fixtures.unit(at2 - eye).astype(f32),
         "vertices": vertices,
         "materials": rng.uniform(0.2, 0.9, (4, 13)),
         "sky": rng.uniform(0.3, 1, 3),
@@ -391,14 +391,14 @@ def make_room(vertices, materials, sky) -> Any:
     made = [tt.Material(Ka=one[:3], Kd=one[3:6], Ks=one[6:9], Km=one[9:12], Ns=40 * one[12]) for one in materials]
     lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
     options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights}
-    options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": stand_ins.PlainIntersector}
-    return tt.scene_from_mesh(vertices, rooms.quads(4), **options)
+    options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": fixtures.PlainIntersector}
+    return tt.scene_from_mesh(vertices, light_scenes.quads(4), **options)
 
 
 def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:
     """The light along both rays of each pair, with at most three mirrors."""
     given = (inputs[name] for name in ("vertices", "materials", "sky"))
-    scene = stand_ins.kept("room of mirrors", make_room, *given).in_kernels()
+    scene = fixtures.kept("room of mirrors", make_room, *given).in_kernels()
     integrator = integrator_class(3)
 
     @ti.func
@@ -428,7 +428,7 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     lamp = classes.PointLight((0.4, 3.2, -1.2), (6, 4.5, 2.7), (1, 0, 1))
     spot = classes.SpotLight((5, 5, -3), (2.3, 0.6, 0), (3, 8, 30), 16, 11)
     scene.lights = [classes.AmbientLight(0.12), classes.DirectionalLight((4, -5, 6), 0.35), lamp, spot]
-    camera = tt.Camera(64, 40, **stand_ins.view_of(inputs))
+    camera = tt.Camera(64, 40, **fixtures.view_of(inputs))
     found = np.asarray(tt.RT3Renderer(scene, camera=camera).use(classes.BlinnPhong(4)).render().image())
     scene.destroy()
     return {"picture": found}

@@ -3,8 +3,8 @@
 import pytest
 
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.loading import compiled, load_submission, solution_of
 from taichi_tracer.teaching.running import answer
+from taichi_tracer.teaching.student_import import compiled, load_submission, solution_of
 
 CODE = 'NAME = "Grün"\n'
 

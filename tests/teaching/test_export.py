@@ -10,9 +10,9 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN
-from taichi_tracer.teaching.handing_out import write_folder, write_notebook
-from taichi_tracer.teaching.loading import load_submission, solution_of
+from taichi_tracer.teaching.export import write_folder, write_notebook
 from taichi_tracer.teaching.running import answer
+from taichi_tracer.teaching.student_import import load_submission, solution_of
 
 NAMES = catalogue.names()
 BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)

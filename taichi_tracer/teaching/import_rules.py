@@ -1,13 +1,13 @@
-"""What a submission's text does that goes round the rules: a report for a human eye, not a wall.
+"""Imports and code of a submission that the rules of an assignment do not allow: a report that a teacher reads.
 
-It is read off the syntax tree. ``getattr`` and many other ways get round it, see docs/teaching_security.md.
+It reads the syntax tree. ``getattr`` and many other ways hide code from it, see docs/teaching_security.md.
 """
 
 import ast
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from taichi_tracer.teaching.loading import imports_of_the_kit
+from taichi_tracer.teaching.student_import import imports_of_the_kit
 from taichi_tracer.teaching.submissions import shown
 
 ALWAYS_ALLOWED = ("__future__", "abc", "dataclasses", "enum", "math", "numpy", "taichi", "taichi_tracer", "typing")
@@ -40,7 +40,7 @@ def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: d
         foreign = {name for name in imported(tree) if name.partition(".")[0] not in allowed}
         told += [f"{file} imports {shown(name)}" for name in sorted(foreign | imports_of_the_kit(tree))]
         own = {path.stem for path in folder.glob("*.py")}
-        told += [f"{file}: {text}" for text in sorted(set(roundabout(tree, methods, own)))]
+        told += [f"{file}: {text}" for text in sorted(set(suspicious_code(tree, methods, own)))]
     return told
 
 
@@ -55,7 +55,7 @@ def imported(tree: ast.AST) -> set[str]:
     return names
 
 
-def roundabout(tree: ast.AST, methods: dict[str, set[str]], own: set[str]) -> Iterator[str]:
+def suspicious_code(tree: ast.AST, methods: dict[str, set[str]], own: set[str]) -> Iterator[str]:
     """Ways round the rule that the syntax tree shows, one sentence each.
 
     Args:

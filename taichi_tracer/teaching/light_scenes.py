@@ -3,7 +3,7 @@
 import numpy as np
 
 from taichi_tracer.teaching.base import Arrays
-from taichi_tracer.teaching.stand_ins import unit
+from taichi_tracer.teaching.fixtures import unit
 
 
 def quads(count: int) -> np.ndarray:

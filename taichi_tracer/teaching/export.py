@@ -8,8 +8,8 @@ from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.cutting import for_otter, solved, stub_of
 from taichi_tracer.teaching.sealed import seal
+from taichi_tracer.teaching.strip_solution import for_otter, solved, stub_of
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
 CHECKS = "checks"  # the folder with the answers of a solution that is not handed out

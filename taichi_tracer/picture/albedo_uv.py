@@ -1,4 +1,4 @@
-"""What surfaces look like without light, where rays hit them: their reflectance, and where textures are looked up."""
+"""Albedo and texture coordinates of the surfaces that rays hit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from taichi_tracer.ray import RayHits, no_hit
 
 
 @dataclass
-class Looks:
+class AlbedoUv:
     """Arrays with one row per ray, 0 for a ray that hits nothing.
 
     Attributes:
@@ -23,10 +23,10 @@ class Looks:
     albedo: np.ndarray
 
 
-def looks_of(scene: Any, hits: RayHits) -> Looks:
-    """The looks of the surfaces that rays hit, in the precision of ``hits``; ``scene`` is a ``SceneInKernels``."""
+def albedo_uv_of(scene: Any, hits: RayHits) -> AlbedoUv:
+    """Albedo and uv of the surfaces that rays hit, in the precision of ``hits``; ``scene`` is a ``SceneInKernels``."""
     n, dtype = len(hits), hits.distance.dtype
-    looks = Looks(np.zeros((n, 2), dtype), np.zeros((n, 3), dtype))
+    looks = AlbedoUv(np.zeros((n, 2), dtype), np.zeros((n, 3), dtype))
     if n > 0:
         inputs = (hits.triangle_id, hits.material_id, hits.barycentric_coords)
         _look_up(scene, *map(np.ascontiguousarray, inputs), looks.uv, looks.albedo)

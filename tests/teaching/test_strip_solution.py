@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.cutting import stub_of, with_package
+from taichi_tracer.teaching.strip_solution import stub_of, with_package
 
 SOURCE = '''"""A file."""
 
