@@ -69,7 +69,8 @@ class Option(NamedTuple):
         part: the kind of registered part that it names.
         choices: the names that it may have, where they are no parts.
         value: the value of renderers that it changes, see ``ProgressiveRenderer.values``; "" if none.
-        usual: the default of this value. owner: for messages, what it belongs to.
+        usual: the default of this value, or the name that counts when none is given.
+        owner: for messages, what it belongs to.
         of: the only integrator that it belongs to; "" where it belongs to all that a renderer offers.
         more: further arguments of ``add_argument``.
     """
@@ -122,6 +123,7 @@ class RenderSettings:
         SCENE,
         "y|z",
         choices=("y", "z"),
+        usual="y",
     )
     parts: tuple[str, ...] = setting(
         "run a Python file that registers parts of your own by @tt.register: their names can then be given as those "
@@ -141,7 +143,10 @@ class RenderSettings:
     intensity: float | None = setting("multiply its radiance (default: 1)", FAR_LIGHT, "X", number)
     rotation: float | None = setting("turn it about the upward axis by degrees (default: 0)", FAR_LIGHT, "D", number)
     lookup: str | None = setting(
-        "nearest texel of the environment, or bilinear (default: nearest)", FAR_LIGHT, choices=("nearest", "bilinear")
+        "nearest texel of the environment, or bilinear (default: nearest)",
+        FAR_LIGHT,
+        choices=("nearest", "bilinear"),
+        usual="nearest",
     )
 
     brdfs: tuple[str, ...] = setting(
@@ -180,6 +185,7 @@ class RenderSettings:
         SCENE,
         "scene|all",
         choices=("scene", "all"),
+        usual="scene",
     )
 
     background: Vector | None = vector(
@@ -194,7 +200,7 @@ class RenderSettings:
         part="intersector",
     )
     triangle_test: str | None = setting(
-        "which ray-triangle test it uses (default: watertight)", RAYS, part="triangle test"
+        "which ray-triangle test it uses (default: watertight)", RAYS, part="triangle test", usual="watertight"
     )
 
     arch: str | None = setting(
@@ -241,6 +247,7 @@ class RenderSettings:
         "where random numbers come from (default: niederreiter; niederreiter_two with --adaptive)",
         PICTURE,
         part="sampler",
+        usual="niederreiter",
     )
     seed: int = setting("of the random numbers (default: %(default)s)", PICTURE, "S", whole, default=0)
     jitter: bool = switch("rays through random points of the pixels, in views too", PICTURE)
@@ -281,7 +288,7 @@ class RenderSettings:
     eye: Vector | None = vector("position", CAMERA)
     at: Vector | None = vector("point looked at", CAMERA)
     up: Vector | None = vector("which way is up", CAMERA)
-    camera: str | None = setting("how it projects (default: perspective)", CAMERA, part="camera")
+    camera: str | None = setting("how it projects (default: perspective)", CAMERA, part="camera", usual="perspective")
     window: Vector | None = vector(
         "left, right, bottom and top of the image plane: at distance 1, or in world units where orthographic",
         CAMERA,
@@ -295,6 +302,7 @@ class RenderSettings:
         CAMERA,
         "left|right",
         choices=("left", "right"),
+        usual="left",
     )
 
     spp: int | None = setting("samples per pixel", TARGET, "N", at_least_one)

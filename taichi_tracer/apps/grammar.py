@@ -21,11 +21,9 @@ class Parser(argparse.ArgumentParser):
     """An ArgumentParser whose errors are ours, and whose help may end with lists of names.
 
     Attributes:
-        lists: which lists, see ``names.LISTS``. Finding the names takes time, so that only a help does it.
         parts: the files of ``--parts``, whose names belong to the lists.
     """
 
-    lists: Sequence[str] = ()
     parts: Sequence[str] = ()
 
     def error(self, message: str) -> None:
@@ -39,11 +37,12 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message}{guess} (see: {self.prog} --help)")
 
     def format_help(self) -> str:
-        """The help, and the names that are known now."""
+        """The help, and the names that its options take: finding them takes time."""
         text = super().format_help()
-        if self.lists:
+        options = [action.dest for action in self._actions]
+        if "parts" in options:
             load_parts(self.parts)
-            text += load("names:help_text")(self.lists)
+            text += load("names:help_text")(options)
         return text
 
 

@@ -1,35 +1,26 @@
-"""The names that can be typed: what they lead to, and the list of them at the end of a command's help.
+"""The names that can be typed: what they lead to, and the list of them at the end of a command's help."""
 
-Names are read where they are defined: those of parts in the registry, what counts when none is given in the signature
-of the function that takes it.
-"""
-
-import inspect
 import shutil
 import textwrap
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
-from taichi_tracer.camera import ProjectiveCamera, make_camera
-from taichi_tracer.effects import MODES
-from taichi_tracer.environment import LOOKUPS, Environment
 from taichi_tracer.files.shipped import shipped_environments
-from taichi_tracer.formulas.camera_frame import HANDEDNESS, UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A3Renderer, A4Renderer
-from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
+from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.overrides import unfinished
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.tones.display import Display
 
 VIEW = "normal"  # what a picture shows when nobody says it
 ALL = "all"  # every view of the renderer that shows ``VIEW``
+# Options of ``accuracy`` that take names, see ``studies.variants``.
+STUDIED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "lamp_choices")
+STUDIED += ("roulettes",)
 TITLE_WIDTH = 16  # characters: the longest title and a little more
 
 View = tuple[type[ProgressiveRenderer], Integrator]  # what a picture shows, and the renderer that offers it
@@ -94,109 +85,42 @@ def view_names() -> list[str]:
 # ── the end of a help ──
 
 
-@dataclass(frozen=True)
-class Names:
-    """The names of one kind, for a list.
-
-    Attributes:
-        known: all of them. usual: those that count when none is given.
-    """
-
-    known: tuple[str, ...]
-    usual: tuple[str, ...] = ()
-
-    @classmethod
-    def of_parameter(cls, known: Sequence[str], function: Callable, parameter: str) -> "Names":
-        """Names that a parameter of a function takes."""
-        return cls(tuple(known), (inspect.signature(function).parameters[parameter].default,))
-
-
-def names_of_views() -> dict[str, Names]:
-    """What the renderers offer, by what they call it: views, estimators, integrators."""
-    found: dict[str, list[str]] = {}
-    for renderer_class in renderers():
-        found.setdefault(f"{renderer_class.what}s", []).extend(renderer_class.names())
-    (renderer_class, _), *_ = find_views(VIEW)
-    found[f"{renderer_class.what}s"].append(ALL)
-    return {title: Names(tuple(dict.fromkeys(names)), (VIEW,)) for title, names in found.items()}
-
-
-def names_of_knobs() -> dict[str, Names]:
-    """What a study of accuracy compares."""
-    from taichi_tracer.studies import variants
-
-    knobs = (*variants.NAMED, "roulettes")
-    return {knob.replace("_", " "): Names(variants.known(knob), variants.USUAL[knob]) for knob in knobs}
-
-
-def names_of_options() -> dict[str, Names]:
-    """What the options of scenes, cameras and pictures take."""
-    of = Names.of_parameter
-    return {
-        "cameras": of(PARTS.names("camera"), make_camera, "projection"),
-        "handedness": of(HANDEDNESS, ProjectiveCamera, "handedness"),
-        "samplers": Names(tuple(PARTS.names("sampler")), (DEFAULT_SAMPLER,)),
-        "AOVs": Names(tuple(AOVS)),
-        "tones": of(PARTS.names("tone curve"), Display, "tone"),
-        "scenes": Names(tuple(scene_names())),
-        "environments": Names((*shipped_environments(), *PARTS.names("environment"), "none")),
-        "up axes": of(tuple(UP_AXES), SceneData, "up_axis"),
-        "lookups": of(LOOKUPS, Environment, "lookup"),
-        "effects": of(MODES, SceneData, "effects"),
-        "intersectors": of(PARTS.names("intersector"), SceneData, "intersector"),
-        "triangle tests": of(PARTS.names("triangle test"), SceneData, "triangle_test"),
-        "BRDFs": Names(tuple(PARTS.names("BRDF"))),
-        "lights": Names(tuple(PARTS.names("light"))),
-        "lamp choices": of(PARTS.names("lamp choice"), SceneData, "lamp_choice"),
-        "archs": of(runtime.ARCHS, runtime.init, "arch"),
-        "precisions": of(runtime.PRECISIONS, runtime.init, "precision"),
-    }
-
-
-# The lists that a command can ask for → the titles in them. ``names_in`` adds the names of views and of knobs.
-RAYS, SURFACES = ("intersectors", "triangle tests"), ("BRDFs", "lights", "lamp choices")
-FILES = ("scenes", "environments", "up axes")
-LISTS: dict[str, tuple[str, ...]] = {
-    "scenes": (*FILES, "lookups", "effects", *RAYS, *SURFACES, "archs", "precisions"),
-    "files": FILES,
-    "archs": ("archs",),
-    "pictures": ("cameras", "handedness", "samplers"),
-    "estimators": (),
-    "cameras": ("cameras", "handedness"),
-    "samplers": ("samplers",),
-    "aovs": ("AOVs",),
-    "tones": ("tones",),
-    "rays": RAYS,
-    "surfaces": SURFACES,
-    "knobs": (),
-}
-
-
-def names_in(name: str) -> dict[str, Names]:
-    """The names of one of ``LISTS``, by their titles."""
-    views = names_of_views() if name in ("pictures", "estimators") else {}
-    if name == "estimators":
-        return {"estimators": views["estimators"]}
-    known = names_of_options()
-    return views | (names_of_knobs() if name == "knobs" else {title: known[title] for title in LISTS[name]})
-
-
-def help_text(lists: Sequence[str]) -> str:
-    """The end of a command's help: the names that can be given; ``lists`` says which of ``LISTS``."""
-    found: dict[str, Names] = {}
-    for name in lists:
-        found |= names_in(name)
-    return as_lists(found)
-
-
-def as_lists(lists: dict[str, Names]) -> str:
-    """Titles and names as lines of text; a star follows each name that counts when none is given."""
+def help_text(options: Sequence[str]) -> str:
+    """The end of a command's help: the names that its options take; a star follows what counts when none is given."""
     lines, columns = [], shutil.get_terminal_size().columns
-    for title, names in lists.items():
-        words = ", ".join(f"{name}*" if name in names.usual else name for name in names.known)
-        text = f"{title + ':':<{TITLE_WIDTH}}{words}"
-        if words:
+    for option in options:
+        for title, (known, usual) in names_of(option).items():
+            words = ", ".join(f"{name}*" if name in usual else name for name in known)
+            text = f"{title + ':':<{TITLE_WIDTH}}{words}"
             lines += textwrap.wrap(text, columns, subsequent_indent=" " * TITLE_WIDTH, break_on_hyphens=False)
     if any("*" in line for line in lines):
         lines.append("* counts where nothing is said, neither here nor in the scene file.")
     return "\n" + "".join(f"{line}\n" for line in lines)
+
+
+def names_of(option: str) -> dict[str, tuple[Iterable[str], tuple]]:
+    """Title → the names that an option takes, and those that count when none is given; {} where it takes no names."""
+    title = option.replace("_", " ")
+    if option == "view":
+        (first, _), *_ = find_views(VIEW)
+        found: dict[str, tuple[Iterable[str], tuple]] = {}
+        for renderer_class in renderers():
+            known, _ = found.get(renderer_class.what, ((), ()))
+            found[renderer_class.what] = dict.fromkeys([*known, *renderer_class.names()]), (VIEW,)
+        found[first.what] = [*found[first.what][0], ALL], (VIEW,)
+        return found
+    if option in ("scene", "what"):
+        return {"scene": (scene_names(), ())} | ({} if option == "scene" else names_of("environment"))
+    if option == "environment":
+        return {title: ((*shipped_environments(), *PARTS.names("environment"), NO_NAME), ())}
+    single = {"aov": (AOVS, ()), "arch": (runtime.ARCHS, ("auto",)), "precision": (runtime.PRECISIONS, ("f32",))}
+    if option in single:
+        return {title: single[option]}
+    if option in STUDIED:
+        from taichi_tracer.studies import variants
+
+        return {title: (variants.known(option), variants.USUAL[option])}
+    known = OPTIONS.get(option)
+    if known is None or not (known.part or known.choices):
+        return {}
+    return {title: (PARTS.names(known.part) if known.part else known.choices, (known.usual or DEFAULTS[option],))}

@@ -158,8 +158,6 @@ def render(name, *words):
         ("export", ("heat", "still", "fisheye", "twice")),
         ("effects", tuple(name for name in NAMES if name != "heat")),
         ("accuracy", tuple(name for name in NAMES if name != "heat")),
-        ("hardcases", ("mine", "half_triangles", "grey")),
-        ("merge", ("still",)),
     ],
 )
 def test_a_help_lists_the_names_of_the_file_with_the_others(command, shown, parts, capsys):

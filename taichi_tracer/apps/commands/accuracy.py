@@ -57,4 +57,3 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
     add_options(parser, CAMERA)
-    parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")

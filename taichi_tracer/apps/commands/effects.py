@@ -16,4 +16,3 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--size", type=size, default=PICTURE_SIZE, metavar="WxH", help="pixels (default: %(default)s)")
     add_option(parser, "sampler")
     add_options(parser, CAMERA)
-    parser.lists = ("estimators", "samplers", "cameras", "scenes")

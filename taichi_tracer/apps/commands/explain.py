@@ -28,4 +28,3 @@ def add_arguments(parser: Parser) -> None:
     add_option(which, "spp")
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
     parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
-    parser.lists = ("pictures", "scenes")

@@ -13,4 +13,3 @@ def add_arguments(parser: Parser) -> None:
     add_option(parser, "up_axis")
     parser.add_argument("output", metavar="OUT.xml", help="file to write; the meshes stand in it, number by number")
     add_options(parser, ADVICE, *OF_PICTURE)
-    parser.lists = ("pictures", "files")

@@ -19,7 +19,6 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--report", metavar="DIR", help="write a page into a folder, too")
     parser.add_argument("--arch", metavar="NAME", default="auto", help="which backend runs the kernels")
     add_options(parser, ADVICE)
-    parser.lists = ("rays", "surfaces", "archs")
 
 
 def run(args: Namespace) -> int:

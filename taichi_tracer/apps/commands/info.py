@@ -10,4 +10,3 @@ run = later("info:run")
 def add_arguments(parser: Parser) -> None:
     """Add what ``info`` takes."""
     add_scene(parser, *OF_SCENE, *OF_PICTURE)
-    parser.lists = ("pictures", "scenes")

@@ -12,4 +12,3 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="checkpoints with other samples of the same picture")
     parser.add_argument("-o", "--output", metavar="C", required=True, help="checkpoint, or picture, to write")
     add_options(parser, ADVICE, DISPLAY)
-    parser.lists = ("samplers", "tones")

@@ -51,4 +51,3 @@ def add_arguments(parser: Parser) -> None:
         action="store_true",
         help="tell where the time goes, from the start of Python to the file, in a table",
     )
-    parser.lists = ("pictures", "tones", "aovs", "scenes")

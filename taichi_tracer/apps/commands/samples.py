@@ -34,4 +34,3 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "-o", "--output", default=PICTURE_FOLDER, metavar="DIR", help="folder for the pictures (default: %(default)s)"
     )
-    parser.lists = ("files",)

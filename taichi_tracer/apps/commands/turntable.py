@@ -32,4 +32,3 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--fps", type=positive, metavar="F", default=20.0, help="frames per second of the film (default: %(default)g)"
     )
-    parser.lists = ("pictures", "tones", "scenes")

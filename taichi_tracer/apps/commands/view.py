@@ -20,4 +20,3 @@ def add_arguments(parser: Parser) -> None:
         metavar="PORT",
         help="with --browser: a port of another machine that leads here, if its number is another one",
     )
-    parser.lists = ("pictures", "tones", "scenes")
