@@ -107,12 +107,12 @@ def leak_map(mode, size: int = 320) -> np.ndarray:
     Each pixel's ray is not sent through the pixel's centre but at the point of an edge that is nearest to what lies
     there: a regular ray would meet an edge once in millions.
     """
-    from taichi_tracer.studies.hard.case import Stage
+    from taichi_tracer.studies.hard.case import SharedScene
     from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
     from taichi_tracer.studies.hard.meshes import as_f32
 
     centre, radius = np.array([100.0, -33.0, 14.0]), 4.0
-    stage = Stage("leak map", [ClosedSphere("leak map", "leak map", radius, centre, 64, 33)])
+    stage = SharedScene("leak map", [ClosedSphere("leak map", "leak map", radius, centre, 64, 33)])
     on = stage.build(mode)["leak map"]
     eye = as_f32(centre + radius * np.array([0.1, 0.05, 0.6]))
     ndc = 2 * (np.arange(size) + 0.5) / size - 1

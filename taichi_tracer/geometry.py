@@ -48,7 +48,7 @@ class Mesh:
         corner_uv: (F, 3, 2) float64 texture coordinates of the corners, from the bottom left; None if there are none.
         corner_color: (F, 3, 3) linear colours of the corners, by which Kd is multiplied; None if there are none.
         lights: (name, arguments) of the lights that stand in the file.
-        instances: other meshes that stand in several places, see ``instances``; ``settled`` puts them into the mesh.
+        instances: other meshes that stand in several places, see ``instances.resolve_instances``.
         placed: where parts of the mesh stand, see ``instances.Placed``; None if all of it stands where it is.
     """
 

@@ -1,7 +1,7 @@
 """One mesh in several places: instances, and groups of them (RT-12).
 
 A group is a ``Mesh`` with ``instances``: other meshes, each with the transforms that put it into its places. They may
-be groups, too. ``settled`` composes all transforms of such a tree: then there are objects, and places where they stand.
+be groups, too. ``resolve_instances`` composes all transforms of such a tree: then there are objects, and their places.
 The triangles of an object are in memory once, unless copies of them are small, or are needed.
 """
 
@@ -162,7 +162,7 @@ def group(parts: "Sequence[Mesh | Instances]", source: str = "group") -> Mesh:
     return whole
 
 
-def settled(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> Mesh:
+def resolve_instances(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> Mesh:
     """``mesh`` without ``instances``: with copies of them, or with objects that are shared; then it has ``placed``.
 
     Args:
@@ -325,7 +325,7 @@ def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
     Args:
         up_axis: which axis points upwards, "y" or "z".
     """
-    points = points_to_show(settled(mesh))
+    points = points_to_show(resolve_instances(mesh))
     with np.errstate(over="ignore"):
         points = points[np.isfinite(np.float32(points)).all(axis=1)]  # nothing is cleaned yet
     if len(points) == 0:

@@ -76,7 +76,7 @@ class SceneOptions(TypedDict, total=False):
         "hierarchy" for more.
     two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
     ground: whether a large diffuse square lies under everything; then what has no material of its own is as grey as it.
-    instances: how meshes in several places are kept, see ``instances.settled``: "auto", "shared" or "copied".
+    instances: how meshes in several places are kept, see ``instances.resolve_instances``: "auto", "shared" or "copied".
     """
 
     intersector: IntersectorChoice | None

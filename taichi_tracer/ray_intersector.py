@@ -75,7 +75,7 @@ class RayIntersector:
     @ti.func
     def query_ray(self, ray):
         """HitData of the nearest hit in front of the origin (A1-14)."""
-        return self.completed(ray, self.search(ray, 0.0, tm.inf, False), 0.0, tm.inf)
+        return self.with_exact_distance(ray, self.search(ray, 0.0, tm.inf, False), 0.0, tm.inf)
 
     @ti.func
     def is_occluded(self, ray, t_max):
@@ -116,7 +116,7 @@ class RayIntersector:
                 hit = no_hit()
         else:
             hit = self.search(ray, t_min, t_max, False)
-        return self.completed(ray, hit, t_min, t_max)
+        return self.with_exact_distance(ray, hit, t_min, t_max)
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
@@ -156,8 +156,8 @@ class RayIntersector:
         return hit
 
     @ti.func
-    def completed(self, ray, hit, t_min, t_max):
-        """``hit``, completed with what only the nearest hit needs.
+    def with_exact_distance(self, ray, hit, t_min, t_max):
+        """``hit`` with what only the nearest hit needs.
 
         The t of the nearest hit is computed again, as exactly as possible; for one hit, this costs little time. A hit
         that a student's method returns keeps its values. Only the members that the method did not set are added: the

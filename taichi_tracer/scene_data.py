@@ -15,7 +15,7 @@ from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
-from taichi_tracer.instances import off_ground, on_ground, settled, view_of_mesh
+from taichi_tracer.instances import off_ground, on_ground, resolve_instances, view_of_mesh
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.intersectors.places import Places
 from taichi_tracer.lights.base import Light
@@ -90,7 +90,7 @@ class SceneData(KnownAttributes):
         check(mesh)
         copies = given["instances"] if knows_instances(given["intersector"]) else "copied"
         mesh = on_ground(mesh, up_axis) if given["ground"] else mesh
-        mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
+        mesh = clean(resolve_instances(mesh, given["smooth"], copies), runtime.dtype())
         chosen = intersector_of(given["intersector"], mesh)
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
         if mesh.dropped > 0:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files import EXTENSIONS, read
-from taichi_tracer.files.arrays import dressed, mesh_from_arrays
+from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
@@ -191,14 +191,16 @@ def load_scene_data(
     mesh = read(path)
     if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
-    options["up_axis"], options["view"] = stand(path, mesh, options.get("up_axis", FILE), options.get("view"))
+    options["up_axis"], options["view"] = orientation_and_view(
+        path, mesh, options.get("up_axis", FILE), options.get("view")
+    )
     return SceneData(mesh, **options)
 
 
-def stand(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any = None) -> tuple[str, Any]:
-    """(up_axis, view) of a file, as ``SceneOptions`` takes them: as they are asked for, composed, or guessed.
+def orientation_and_view(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any = None) -> tuple[str, Any]:
+    """(up_axis, view) of a file, as ``SceneOptions`` takes them: as they were asked for, composed, or guessed.
 
-    Nothing is guessed of a shipped scene, nor of objects in many places. A guess that z points upwards is told.
+    Nothing is guessed of a shipped scene, nor of objects in many places. A guess that z points upwards is noted.
     """
     guesses = path.parent != scene_data_dir() and not mesh.instances
     check(mesh)
@@ -255,7 +257,7 @@ def scene_from_mesh(
         mesh = vertices
     else:
         mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
-    mesh = dressed(mesh, color, material, normals, face_materials, uv)
+    mesh = with_appearance(mesh, color, material, normals, face_materials, uv)
     if mesh.num_primitives == 0 and not mesh.instances:
         warnings.warn("mesh: it has no triangles: nothing is to be seen", stacklevel=3)
     return SceneData(mesh, **options)

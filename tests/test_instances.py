@@ -6,7 +6,7 @@ from shapes import SQUARE, soup, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import Instances, group, settled
+from taichi_tracer.instances import Instances, group, resolve_instances
 from taichi_tracer.materials import Material
 
 
@@ -44,7 +44,7 @@ def a_tree(rng, levels=3):
 @pytest.mark.parametrize("levels", [1, 2, 3])
 def test_a_tree_of_groups_is_the_triangles_that_a_walk_finds(levels):
     mesh = a_tree(np.random.default_rng(levels), levels)
-    flat = settled(mesh, choice="copied")
+    flat = resolve_instances(mesh, choice="copied")
     expected = np.array(corners_by_hand(mesh))
     found = flat.vertices[flat.faces]
     assert flat.placed is None
@@ -58,7 +58,7 @@ def test_a_tree_of_groups_is_the_triangles_that_a_walk_finds(levels):
 
 
 def in_places(mesh):
-    """(n, 3, 3) the corners of all triangles of a settled mesh, by their ids."""
+    """(n, 3, 3) the corners of all triangles of a mesh without instances, by their ids."""
     if mesh.placed is None:
         return mesh.vertices[mesh.faces]
     found = []
@@ -84,7 +84,7 @@ def test_numbers_do_not_depend_on_what_is_shared(lamp_at, rng):
     parts = [Instances(branch, turned(90)), Instances(twig, turned(3))]
     if lamp_at is not None:
         parts.insert(lamp_at, Instances(lamp, turned(2)))
-    shared, copied = (settled(group(parts), False, choice) for choice in ("shared", "copied"))
+    shared, copied = (resolve_instances(group(parts), False, choice) for choice in ("shared", "copied"))
     assert (len(copied.faces), len(shared.faces)) == (
         90 * 14 + 9 + (0 if lamp_at is None else 4),
         2 + 3 + 4 * (lamp_at is not None),
@@ -95,7 +95,7 @@ def test_numbers_do_not_depend_on_what_is_shared(lamp_at, rng):
 def test_a_sphere_is_moved_and_scaled():
     ball = with_spheres([(1, 0, 0, 0.5)])
     turn = np.array([[0, 0, 2.0], [0, -2, 0], [2, 0, 0]])
-    flat = settled(group(Instances(ball, placed_at(1, 1, 1, turn))), False, "copied")
+    flat = resolve_instances(group(Instances(ball, placed_at(1, 1, 1, turn))), False, "copied")
     assert flat.spheres.tolist() == [[1, 1, 3, 1]]
 
 
@@ -105,7 +105,7 @@ def test_a_group_that_contains_itself_is_an_error_with_its_path():
     tree = group(Instances(branch, np.eye(4)), source="tree")
     branch.instances.append(Instances(tree, np.eye(4)))
     with pytest.raises(tt.InputError, match="a group contains itself: tree → branch → tree"):
-        settled(tree)
+        resolve_instances(tree)
 
 
 @pytest.mark.parametrize("up_axis", ["y", "z"])

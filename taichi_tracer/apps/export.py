@@ -10,13 +10,13 @@ from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
 from taichi_tracer.geometry import clean
-from taichi_tracer.instances import settled, view_of_mesh
+from taichi_tracer.instances import resolve_instances, view_of_mesh
 from taichi_tracer.options import lights_of
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
-from taichi_tracer.scene_data_loader import FILE, find_scene, stand
+from taichi_tracer.scene_data_loader import FILE, find_scene, orientation_and_view
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
 
@@ -32,7 +32,7 @@ def run(args: Namespace) -> int:
         mesh = read(scene)
         document = Document(mesh, [], lights_of(mesh))
     shots = [_shot(picture, document, scene, up_axis) for picture in request.pictures]
-    whole = settled(document.mesh)
+    whole = resolve_instances(document.mesh)
     if whole.has_pictures or whole.corner_color is not None:
         note("textures and colours of vertices are not written: RT3 has none")
     for text in whole.notes:
@@ -75,10 +75,10 @@ def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None
 
 def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: float) -> dict:
     """The camera of a mesh: that of ``load_scene_data``."""
-    up_axis, view = stand(scene, document.mesh, FILE if up_axis is None else up_axis)
+    up_axis, view = orientation_and_view(scene, document.mesh, FILE if up_axis is None else up_axis)
     if view is not None and not callable(view):
         return dict(view)
-    mesh = clean(settled(document.mesh), np.float64)
+    mesh = clean(resolve_instances(document.mesh), np.float64)
     return (view or view_of_mesh)(mesh, up_axis, min(1.0, aspect))
 
 

@@ -14,7 +14,7 @@ from taichi_tracer.teaching import catalogue, class_page, gradescope, submission
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
 from taichi_tracer.teaching.isolate import WallLevel, best_level
-from taichi_tracer.teaching.marks import Mark, most_points, plain
+from taichi_tracer.teaching.marks import Mark, most_points, to_json
 
 
 def run(args: Namespace) -> int:
@@ -90,7 +90,7 @@ def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSett
     """Everything as JSON."""
     facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
     facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}
-    return json.dumps(plain(facts), indent=1)
+    return json.dumps(to_json(facts), indent=1)
 
 
 def as_csv(marks: Sequence[Mark]) -> str:

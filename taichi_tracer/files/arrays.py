@@ -26,7 +26,7 @@ def mesh_from_arrays(vertices, faces) -> Mesh:
     return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
 
 
-def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=None, uv=None) -> Mesh:
+def with_appearance(mesh: Mesh, color=None, material=None, normals=None, face_materials=None, uv=None) -> Mesh:
     """``mesh`` with other materials or normals; arguments as for ``scene_data.scene_from_mesh``."""
     check(mesh)
     changed: dict = {}

@@ -172,9 +172,9 @@ def assemble(placed: list[tuple[Mesh, np.ndarray]], source: str) -> Mesh:
         placed: each part with its (4, 4) transform; a part in several places is the same object.
     """
     parts = {id(mesh): mesh for mesh, _ in placed}
-    dressed, materials = with_common_materials(list(parts.values()))
-    parts = dict(zip(parts, dressed, strict=True))
-    copies = sum(len(mesh.faces) for mesh, _ in placed) - sum(len(part.faces) for part in dressed)
+    colored, materials = with_common_materials(list(parts.values()))
+    parts = dict(zip(parts, colored, strict=True))
+    copies = sum(len(mesh.faces) for mesh, _ in placed) - sum(len(part.faces) for part in colored)
     if copies > FEW_COPIES:
         return group([Instances(parts[id(mesh)], transform) for mesh, transform in placed], source)
     return joined([_moved(parts[id(mesh)], transform) for mesh, transform in placed], materials, source)

@@ -42,8 +42,8 @@ class Picture(np.ndarray):
         self.srgb = getattr(origin, "srgb", None)
 
     def __array_ufunc__(self, operation, method, *arguments, out=(), **options):
-        options |= {"out": tuple(plain(array) for array in out)} if out else {}
-        result = getattr(operation, method)(*(plain(argument) for argument in arguments), **options)
+        options |= {"out": tuple(as_array(array) for array in out)} if out else {}
+        result = getattr(operation, method)(*(as_array(argument) for argument in arguments), **options)
         srgb = common_srgb(arguments) if operation.__name__ in KEEP_MEANING else None
         if out:
             for array in out:
@@ -59,7 +59,7 @@ class Picture(np.ndarray):
         return result
 
     def __reduce__(self):
-        return Picture, (plain(self), self.srgb)
+        return Picture, (as_array(self), self.srgb)
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows; a few pixels are shown as numbers."""
@@ -68,11 +68,11 @@ class Picture(np.ndarray):
         if self.ndim != 3 or self.shape[2] != 3 or min(self.shape[:2]) < SMALLEST:
             return None
         file = io.BytesIO()
-        Image.fromarray(to_bytes(plain(self), bool(self.srgb))).save(file, "PNG")
+        Image.fromarray(to_bytes(as_array(self), bool(self.srgb))).save(file, "PNG")
         return file.getvalue()
 
 
-def plain(value):
+def as_array(value):
     """The same numbers as a plain array, if ``value`` is a picture; anything else as it is."""
     return value.view(np.ndarray) if isinstance(value, Picture) else value
 

@@ -255,7 +255,7 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
         return hit
 
     @ti.func
-    def completed(self, ray, hit, t_min, t_max):
+    def with_exact_distance(self, ray, hit, t_min, t_max):
         """As in the base class: with the t that is computed again, as exactly as possible."""
         if hit.is_hit:
             place = self.geometry.places.place_of(hit.triangle_id)

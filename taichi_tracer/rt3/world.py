@@ -8,7 +8,7 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import settled
+from taichi_tracer.instances import resolve_instances
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import move, reverse, similarity
@@ -172,7 +172,7 @@ class World:
 
         path = element.path("filename", document)
         if path not in self.files:
-            self.files[path] = settled(read(path), choice="copied")
+            self.files[path] = resolve_instances(read(path), choice="copied")
             self.notes += self.files[path].notes
         return replace(self.files[path])
 

@@ -41,7 +41,7 @@ STYLE = """
 def error_in_words(curve: Curve, study: Study) -> str:
     """The error of the last pictures of a variant: the one number that table, chart and text have."""
     value = curve.error.value
-    return f"< {percent(study.truth.least_error)}" if math.isnan(value) else percent(value)
+    return f"< {percent(study.reference.least_error)}" if math.isnan(value) else percent(value)
 
 
 def headline(study: Study) -> list[str]:
@@ -51,7 +51,7 @@ def headline(study: Study) -> list[str]:
     below = [c.label for c in study.main if c not in known]
     if below:
         is_or_are = "have errors" if len(below) > 1 else "has an error"
-        found = [f"{' and '.join(below)} {is_or_are} below {percent(study.truth.least_error)} {seconds}."]
+        found = [f"{' and '.join(below)} {is_or_are} below {percent(study.reference.least_error)} {seconds}."]
         return [*found, *(f"{c.label} has {percent(c.error.value)} then." for c in known[-1:])]
     best, *others = known
     alike = [c for c in others if not best.error.is_below(c.error)]
@@ -81,8 +81,8 @@ def warnings_of(study: Study) -> list[str]:
                 f"{curve.label} differs from the reference by {percent(curve.shift)} of the light, "
                 f"{abs(curve.bias):.0f} standard errors: one of the two is wrong."
             )
-    unseen = getattr(study.truth.error, "unseen", 0.0)
-    if unseen > study.truth.error:
+    unseen = getattr(study.reference.error, "unseen", 0.0)
+    if unseen > study.reference.error:
         found.append(f"Light that no sample of the reference met may add {percent(unseen)} to every error.")
     return [*found, *study.notes]
 
@@ -93,9 +93,9 @@ def about(study: Study) -> str:
     kept = f"{kernels} kernels compiled anew" if kernels else "all kernels kept from an earlier run"
     return (
         f"{study.facts.title}, {study.size[0]} × {study.size[1]} pixels, {study.rounds} pictures of each variant. The "
-        f"reference has {study.truth.samples:,} samples per pixel and an error of {study.truth.error}: errors below "
-        f"{percent(study.truth.least_error)} cannot be judged. Measuring took {study.seconds:.1f} s of a budget of "
-        f"{study.budget:g} s; starting took {study.start_seconds:.1f} s, reading the scene "
+        f"reference has {study.reference.samples:,} samples per pixel and an error of {study.reference.error}: errors "
+        f"below {percent(study.reference.least_error)} cannot be judged. Measuring took {study.seconds:.1f} s of a "
+        f"budget of {study.budget:g} s; starting took {study.start_seconds:.1f} s, reading the scene "
         f"{study.facts.read_seconds:.1f} s, and compiling {study.compiling_seconds:.1f} s before ({kept}). "
         f"{study.facts.machine}."
     )
@@ -130,7 +130,7 @@ def cost_rows(study: Study) -> list[dict[str, str]]:
         row = {"": curve.label, "before the first sample": in_seconds(before)}
         for target in TARGETS:
             seconds = curve.seconds_to(target)
-            is_judged = target > study.truth_of(curve.variant).least_error
+            is_judged = target > study.reference_of(curve.variant).least_error
             reached = f"{in_seconds(seconds.value)}, {in_seconds(before + seconds.value)} with the start"
             row[f"to {target:.0%}"] = (
                 reached if seconds.value > 0 else "not reached" if is_judged else "cannot be judged"
@@ -275,8 +275,8 @@ def as_html(study: Study) -> str:
         table(cost_rows(study)),
         page.paragraph(
             "Starting, reading the scene and compiling come before the first sample; a second run compiles nothing. "
-            f"Errors below {percent(study.truth.least_error)}, twice that of the reference, cannot be judged: with a "
-            "larger --budget, the reference is better.",
+            f"Errors below {percent(study.reference.least_error)}, twice that of the reference, cannot be judged: with "
+            "a larger --budget, the reference is better.",
             "note",
         ),
     ]
@@ -299,15 +299,19 @@ def table(rows: list[dict[str, str]]) -> str:
 
 def pictures(study: Study) -> str:
     """For every variant of the chart: its picture, where it is wrong, and the reference."""
-    shown = [(curve, curve.finals[0][0], study.truth_of(curve.variant).image) for curve in study.main if curve.finals]
+    shown = [
+        (curve, curve.finals[0][0], study.reference_of(curve.variant).image) for curve in study.main if curve.finals
+    ]
     found = []
-    for curve, image, truth in shown:
-        errors = np.abs(image - truth).mean(axis=2)
+    for curve, image, reference in shown:
+        errors = np.abs(image - reference).mean(axis=2)
         white = float(np.quantile(errors, WHITE))
         three = (
             page.picture(image, f"{curve.label}: {error_in_words(curve, study)}", SHOWN, srgb=True),
-            page.picture(heat(errors, white), f"where it is wrong; white: {percent(white / study.truth.mean)}", SHOWN),
-            page.picture(truth, "reference", SHOWN, srgb=True),
+            page.picture(
+                heat(errors, white), f"where it is wrong; white: {percent(white / study.reference.mean)}", SHOWN
+            ),
+            page.picture(reference, "reference", SHOWN, srgb=True),
         )
         found.append(f"<div class='three'>{''.join(three)}</div>")
     return "".join(found)

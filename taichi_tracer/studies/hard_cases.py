@@ -15,7 +15,7 @@ import numpy as np
 
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.studies.columns import in_columns, with_head
-from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, seconds_of
+from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, SharedScene, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.modes import (
     COUNTS,
@@ -133,7 +133,9 @@ def run(
     """
     size = LEVELS[level]
     cases = all_cases() if cases is None else cases
-    stages = [Stage(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)]
+    stages = [
+        SharedScene(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)
+    ]
     rays = {case.name: case.gathered(max(FEWEST_RAYS, int(size.rays * case.rays_wanted))) for case in cases}
     before = runtime.current()
     rows, verdicts, started = [], [], None
@@ -161,7 +163,7 @@ def run(
 
 
 def run_mode(
-    mode: RayMode, size: Level, stages: list[Stage], rays: dict[str, CaseRays], references: dict
+    mode: RayMode, size: Level, stages: list[SharedScene], rays: dict[str, CaseRays], references: dict
 ) -> tuple[Row, list[CaseVerdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
     promise, verdicts, times = promise_of(mode), [], []
@@ -188,7 +190,7 @@ def run_mode(
     return Row(mode, totals(verdicts), tuple(times)), verdicts
 
 
-def difference_from_brute_force(mode: RayMode, case: Case, on: Placed, references: dict) -> dict[str, int]:
+def difference_from_brute_force(mode: RayMode, case: Case, on: CaseInScene, references: dict) -> dict[str, int]:
     """How many of the answers that brute force gave are others here."""
     key = (mode.triangle_test, mode.precision, mode.fast_math, case.name)
     answers = [(hits.triangle_id, hits.distance, hits.barycentric_coords) for hits in on.intersected]
@@ -207,7 +209,7 @@ def difference_from_brute_force(mode: RayMode, case: Case, on: Placed, reference
     return {"differs": wrong} if key in references else {}
 
 
-def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> None:
+def long_run(case: Case, on: CaseInScene, count: int, findings: dict[str, float]) -> None:
     """Send many more rays to edges, in pieces, and add what they find to the findings."""
     for chunk in range(-(-count // CHUNK)):
         rays = case.edge_rays(case.rng(2 + chunk), min(CHUNK, count - chunk * CHUNK))
@@ -216,7 +218,7 @@ def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> 
         findings["edge_rays"] += len(rays)
 
 
-def times_per_ray(on: Placed, count: int) -> list[float]:
+def times_per_ray(on: CaseInScene, count: int) -> list[float]:
     """Nanoseconds of ``scene.intersect`` per ray, of ``BURST`` runs: random rays from inside a closed mesh."""
     rng, dtype = np.random.default_rng(5), runtime.dtype()
     low, high = box_of(on.vertices)

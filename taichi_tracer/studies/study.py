@@ -228,7 +228,7 @@ def crossing(points: Sequence[Point], target: float) -> float:
 
 
 @dataclass
-class Truth:
+class Reference:
     """A reference: the picture, its relative error as it tells itself, and the variance of its pixels."""
 
     image: np.ndarray
@@ -251,7 +251,7 @@ class Truth:
         measured = relative_rmse(image, self.image)
         return math.sqrt(measured**2 - float(self.error) ** 2) if measured > self.least_error else math.nan
 
-    def scaled(self, scale: float) -> "Truth":
+    def scaled(self, scale: float) -> "Reference":
         """The reference for a picture of fewer pixels: the means of blocks of its pixels."""
         if scale == 1:
             return self
@@ -263,7 +263,7 @@ class Truth:
         )
         factor = math.sqrt(variance.mean() / self.variance.mean()) if self.variance.mean() > 0 else 1.0
         error = RelativeError(self.error * factor, self.error.low * factor, self.error.high * factor)
-        return Truth(image, error, variance, self.samples)
+        return Reference(image, error, variance, self.samples)
 
 
 @dataclass
@@ -272,7 +272,7 @@ class Study:
 
     Attributes:
         facts: the scene, and the machine. curves: of every variant, the first one first.
-        truths: look-up → reference. budget, seconds: of measuring, allowed and taken.
+        references: look-up → reference. budget, seconds: of measuring, allowed and taken.
         start_seconds: until the first process was ready. compiling_seconds: of all variants together.
         notes: what was not compared, and why.
     """
@@ -281,20 +281,20 @@ class Study:
     size: tuple[int, int]
     budget: float
     curves: list[Curve] = field(default_factory=list)
-    truths: dict[str, Truth] = field(default_factory=dict)
+    references: dict[str, Reference] = field(default_factory=dict)
     seconds: float = 0.0
     start_seconds: float = 0.0
     compiling_seconds: float = 0.0
     notes: list[str] = field(default_factory=list)
 
     @property
-    def truth(self) -> Truth:
+    def reference(self) -> Reference:
         """What the first variant is compared with."""
-        return self.truths[self.curves[0].variant.lookup]
+        return self.references[self.curves[0].variant.lookup]
 
-    def truth_of(self, variant: Variant) -> Truth:
+    def reference_of(self, variant: Variant) -> Reference:
         """What the pictures of a variant are compared with."""
-        return self.truths[variant.lookup].scaled(variant.scale)
+        return self.references[variant.lookup].scaled(variant.scale)
 
     @property
     def rounds(self) -> int:
@@ -446,9 +446,9 @@ class Measurement:
     def render_references(self, study: Study) -> None:
         """The pictures with which all others are compared: with one sample after the other until the time is over."""
         for variant in self.variants:
-            if variant.lookup in study.truths:
+            if variant.lookup in study.references:
                 continue
-            share = FURTHER_SHARE if study.truths else REFERENCE_SHARE
+            share = FURTHER_SHARE if study.references else REFERENCE_SHARE
             own, end = reference_variant(variant, self.variants), self.elapsed + share * self.budget
             shot = self.render(own, 16, REFERENCE_SEED, "the reference")
             shot = self.render(own, 16, None, "the reference")  # the first call may have compiled
@@ -460,7 +460,7 @@ class Measurement:
                 raise InputError(
                     f"accuracy: no light of {scene} reaches the camera, so that there is no error to measure"
                 )
-            study.truths[variant.lookup] = Truth(shot.image, shot.error, shot.variance, shot.samples)
+            study.references[variant.lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
 
     def render_rounds(self, study: Study) -> None:
         """Learn how long a sample takes, and then let every variant render for the same time, round after round."""
@@ -498,13 +498,13 @@ class Measurement:
         least = self.first_level(curve)
         levels = {max(least, round(whole / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
         most = max(least, seconds / curve.seconds_per_sample + 1)
-        points, spent, done, truth = [], 0.0, 0, study.truth_of(curve.variant)
+        points, spent, done, reference = [], 0.0, 0, study.reference_of(curve.variant)
         for level in sorted(n for n in levels if n <= most):
             while done < level:
                 count = min(level - done, max(least, int(CHUNK / curve.seconds_per_sample)))
                 shot = self.render(curve.variant, count, seed if done == 0 else None, f"{curve.label}, seed {seed}")
                 done, spent = shot.samples, spent + shot.seconds
-            points.append(Point(done, spent, truth.error_of(shot.image)))
+            points.append(Point(done, spent, reference.error_of(shot.image)))
         curve.rounds.append(points)
         if seconds == whole:
             curve.finals.append((shot.image.astype(np.float64), shot.variance))
@@ -515,6 +515,6 @@ class Measurement:
 
     def judge(self, study: Study, curve: Curve) -> None:
         """Is there a bias? Paths with fewer bounces than the reference leave out light that it has."""
-        truth = study.truth_of(curve.variant)
+        reference = study.reference_of(curve.variant)
         if curve.finals:
-            curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, (truth.image, truth.variance))
+            curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, (reference.image, reference.variance))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.fonts import font_of
-from taichi_tracer.system.own_code.source import plain
+from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching.stubs import is_stub
 
 DARK, LIGHT = 70, 100  # the two greys, of 255
@@ -58,7 +58,7 @@ def stubs_behind(method: object, name: str) -> list[str]:
     """The name of a method if it is a stub; otherwise the stubs that it calls by the name of a class, as "BRDF.f"."""
     if is_stub(method):
         return [name]
-    code, known = getattr(plain(method), "__code__", None), getattr(plain(method), "__globals__", {})
+    code, known = getattr(unwrap(method), "__code__", None), getattr(unwrap(method), "__globals__", {})
     names = code.co_names if code is not None else ()
     classes = [known[word] for word in names if isinstance(known.get(word), type)]
     called = [(cls, word) for cls in classes if not cls.__module__.startswith("taichi_tracer.") for word in names]

@@ -11,7 +11,7 @@ from typing import Any
 from taichi_tracer.files import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.own_code.source import plain
+from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
 from taichi_tracer.teaching.export import RECORD
@@ -163,7 +163,7 @@ def check_folder(
     report = Report(assignment)
     for part in parts:
         cls = student.classes.get(part.replaces)
-        teller.begins(part.name, None if cls is None else plain(getattr(cls, part.method, None)))
+        teller.begins(part.name, None if cls is None else unwrap(getattr(cls, part.method, None)))
         seed_of_part = own_seed if seed is None else seed
         report.results.append(check_part(assignment, student, part, seed_of_part, watch or (lambda lines: None)))
         teller.found(report.results[-1].told())

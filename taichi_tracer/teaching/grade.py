@@ -35,7 +35,7 @@ from taichi_tracer.teaching.base import (
 from taichi_tracer.teaching.import_rules import check_imports
 from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, Limits, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.judges import Samples
-from taichi_tracer.teaching.marks import Mark, mark_of, plain
+from taichi_tracer.teaching.marks import Mark, mark_of, to_json
 from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
 from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
@@ -178,7 +178,7 @@ class Runner:
         is_wanted = self.settings.finds and not self.reference.is_stopped
         is_explained = is_wanted and verdict.status != RIGHT and part.replaces
         findings = self.reference.find(part, answers) if is_explained else ()
-        facts = {"first_wrong": plain(verdict.first_wrong), "findings": tuple(plain(findings)), "seconds": seconds}
+        facts = {"first_wrong": to_json(verdict.first_wrong), "findings": tuple(to_json(findings)), "seconds": seconds}
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
         return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
 

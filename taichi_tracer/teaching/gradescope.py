@@ -15,7 +15,7 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
-from taichi_tracer.teaching.marks import Mark, plain
+from taichi_tracer.teaching.marks import Mark, to_json
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
@@ -69,7 +69,7 @@ def results(mark: Mark) -> dict:
     output += [*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports)]
     output += [f"What the submission printed:\n{mark.printed}"] if mark.printed.strip() else []
     facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(output)}
-    return plain({**facts, **SCHEMA, "tests": tests})
+    return to_json({**facts, **SCHEMA, "tests": tests})
 
 
 def test(number: int, part: PartResult) -> dict:

@@ -53,7 +53,7 @@ class Mark:
     def facts(self) -> dict:
         """The mark for JSON, with its sums."""
         parts = [{name: getattr(part, name) for name in (*OF_A_PART, "earned")} for part in self.parts]
-        return plain({**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
+        return to_json({**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
 
 
 def most_points(marks: Sequence[Mark]) -> float:
@@ -72,12 +72,12 @@ def mark_of(facts: dict) -> Mark:
     return Mark(**values | {"notes": tuple(facts["notes"]), "imports": tuple(facts["imports"])})
 
 
-def plain(value: Any) -> Any:
+def to_json(value: Any) -> Any:
     """A value for JSON: numbers that JSON does not have, such as NaN, become words."""
     if isinstance(value, Mapping):
-        return {str(name): plain(entry) for name, entry in value.items()}
+        return {str(name): to_json(entry) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
+        return [to_json(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     return value

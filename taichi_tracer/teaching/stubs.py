@@ -4,7 +4,7 @@ import dis
 
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.overrides import written
-from taichi_tracer.system.own_code.source import plain
+from taichi_tracer.system.own_code.source import unwrap
 
 MARK = "not_written"  # the name of the function, as it stands in the code of a stub
 OF_GRADERS = "NotImplementedError"  # nbgrader raises it where it has cut out a solution
@@ -26,14 +26,14 @@ def is_stub(method: object) -> bool:
 
     The method may be a Taichi function, a kernel or a static.
     """
-    names = getattr(getattr(plain(method), "__code__", None), "co_names", ())
+    names = getattr(getattr(unwrap(method), "__code__", None), "co_names", ())
     return MARK in names or OF_GRADERS in names
 
 
 def line_of_mark(method: object) -> int:
     """The line in which a method calls ``not_written``; 0 if it does not."""
     line = 0
-    for instruction in dis.get_instructions(getattr(plain(method), "__code__", lambda: None)):
+    for instruction in dis.get_instructions(getattr(unwrap(method), "__code__", lambda: None)):
         starts = instruction.starts_line
         if starts is True:  # from Python 3.13 on, the number has an attribute of its own
             line = instruction.line_number
@@ -46,7 +46,7 @@ def line_of_mark(method: object) -> int:
 
 def is_placeholder(cls: type, name: str) -> bool:
     """Whether a method is still that of the base code: it reads none of its arguments, or it calls one that does so."""
-    methods = {word: plain(written(cls, word)) for word in dir(cls)}
+    methods = {word: unwrap(written(cls, word)) for word in dir(cls)}
     called = set(methods[name].__code__.co_names) & set(methods) - {name}
     return any(reads_nothing(methods[word]) for word in (name, *called) if hasattr(methods[word], "__code__"))
 

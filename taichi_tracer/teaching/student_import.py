@@ -15,7 +15,7 @@ from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.own_code.source import plain
+from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching.base import CRASHED, MISSING, Assignment, Part, PartResult
 from taichi_tracer.teaching.stubs import is_stub
 
@@ -230,7 +230,7 @@ def values_of(base: type) -> frozenset[str]:
 
 def is_method(name: str, value: object) -> bool:
     """Whether an attribute of a class is a method that the handout names, and not one that Python or Taichi adds."""
-    return hasattr(plain(value), "__code__") and not name.startswith("__")
+    return hasattr(unwrap(value), "__code__") and not name.startswith("__")
 
 
 def crash(error: BaseException, folder: Path | None) -> PartResult:

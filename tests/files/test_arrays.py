@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapes import SQUARE
 
-from taichi_tracer.files.arrays import dressed, mesh_from_arrays
+from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 
@@ -12,7 +12,7 @@ UP = np.tile([0.0, 0.0, 2.0], (4, 1))
 
 
 def dressed_square(**options):
-    return dressed(mesh_from_arrays(*SQUARE), **options)
+    return with_appearance(mesh_from_arrays(*SQUARE), **options)
 
 
 def test_a_colour_is_the_reflectance():

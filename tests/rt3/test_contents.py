@@ -7,7 +7,7 @@ from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import Instances, group, settled
+from taichi_tracer.instances import Instances, group, resolve_instances
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot
 from taichi_tracer.rt3.write import as_rt3
 
@@ -18,7 +18,7 @@ CALL = '<object_instance_call name="leaf"/>'
 
 def corners(found):
     """(n, 3, 3) the corners of all triangles in all places."""
-    flat = settled(found.mesh, choice="copied")
+    flat = resolve_instances(found.mesh, choice="copied")
     return flat.vertices[flat.faces]
 
 
@@ -36,7 +36,7 @@ def test_a_transform_within_an_instance_comes_first_and_ends_with_it(tmp_path):
         <scale value="10 1 1"/>\n{CALL}\n<identity/>\n{TRIANGLE}"""
     found = read(tmp_path, document(world))
     np.testing.assert_array_equal(corners(found)[:, 1], [[1, 0, 0], [10, 0, 3]])
-    flat = settled(found.mesh, choice="copied")
+    flat = resolve_instances(found.mesh, choice="copied")
     assert [flat.materials[i].Kd for i in flat.face_materials][1] == (1.0, 0.0, 0.0)
     assert flat.materials[flat.face_materials[0]].Kd != (1.0, 0.0, 0.0)
 
@@ -119,6 +119,6 @@ def test_a_group_is_written_and_read_again(tmp_path, rng):
     text = as_rt3(Document(mesh, [Shot(view, FilmSettings(), IntegratorSettings())]), tmp_path / "a.xml")
     assert text.count("object_instance_begin") == 2
     again = read(tmp_path, text)
-    flat, expected = settled(again.mesh, choice="copied"), settled(mesh, choice="copied")
+    flat, expected = resolve_instances(again.mesh, choice="copied"), resolve_instances(mesh, choice="copied")
     np.testing.assert_array_equal(flat.vertices[flat.faces], expected.vertices[expected.faces])
     assert flat.num_primitives == 2 + 3 * (2 + 3 * 2)

@@ -8,7 +8,7 @@ import pytest
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import accuracy_report
 from taichi_tracer.studies.source import SceneFacts
-from taichi_tracer.studies.study import Curve, Point, Study, Truth, change, crossing, error_after, interval
+from taichi_tracer.studies.study import Curve, Point, Reference, Study, change, crossing, error_after, interval
 from taichi_tracer.studies.variants import Variant
 
 
@@ -54,7 +54,7 @@ def test_a_knob_that_takes_twice_the_time_costs_twice_the_time():
 )
 def test_best_is_claimed_only_where_intervals_do_not_overlap(other, words):
     image = np.ones((8, 8, 3))
-    truth = Truth(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
+    truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
     facts = SceneFacts("cube", "a machine", 0, True, 0.1)
     study = Study(facts, (8, 8), 60, [curve(1.0), curve(other, label="brdf", estimator="brdf")], {"nearest": truth})
     assert words in accuracy_report.headline(study)[0]

@@ -74,7 +74,7 @@ class Case(ABC):
         """About ``count`` rays."""
 
     @abstractmethod
-    def judge(self, on: "Placed", rays: CaseRays, epsilon: float) -> dict[str, float]:
+    def judge(self, on: "CaseInScene", rays: CaseRays, epsilon: float) -> dict[str, float]:
         """Findings, named as in ``modes.COUNTS``, and the number of rays they are out of where it matters."""
 
     def rng(self, chunk: int = 0):
@@ -147,11 +147,13 @@ class Probe:
         """t of ray i on triangle i alone, as exact as that of a nearest hit; ∞ where it misses."""
         for i in range(ids.shape[0]):
             ray = ray_from(origins, directions, i)
-            hit = self.intersector.completed(ray, self.intersector.intersect_triangle(ray, ids[i]), 0.0, tm.inf)
+            hit = self.intersector.with_exact_distance(
+                ray, self.intersector.intersect_triangle(ray, ids[i]), 0.0, tm.inf
+            )
             distance[i] = ti.select(hit.is_hit, hit.distance, tm.inf)
 
 
-class Placed:
+class CaseInScene:
     """A case in the scene of its stage, in one mode: what the judge can ask."""
 
     def __init__(self, scene: SceneData, probe: Probe, first: int, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -197,7 +199,7 @@ def _rows(values) -> np.ndarray:
     return np.ascontiguousarray(values, runtime.dtype())
 
 
-def false_hits(on: Placed, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
+def false_hits(on: CaseInScene, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
     """How many rays hit a triangle that they pass by farther than rounding explains.
 
     A corner seen from the origin is rounded by ε/2 of its distance, and the projection along the ray adds a few more.
@@ -217,7 +219,7 @@ def not_numbers(hits: RayHits) -> int:
     )
 
 
-class Stage:
+class SharedScene:
     """A scene that several cases share.
 
     Args:
@@ -232,14 +234,14 @@ class Stage:
         self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
         self.num_triangles = len(self.mesh[1])
 
-    def build(self, mode: RayMode) -> dict[str, Placed]:
+    def build(self, mode: RayMode) -> dict[str, CaseInScene]:
         """The scene in a mode, by case."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # some triangles cannot be hit: that is what the case is about
             scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
         probe = Probe(scene)
         return {
-            case.name: Placed(scene, probe, int(first), *arrays)
+            case.name: CaseInScene(scene, probe, int(first), *arrays)
             for case, first, arrays in zip(self.cases, self.firsts, self.meshes, strict=True)
         }
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, false_hits, joined, not_numbers
+from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, false_hits, joined, not_numbers
 from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, sphere, unit_rows
 
 FACING = 0.75  # cosine from which on all triangles around a point face an origin outside: no silhouette is near
@@ -69,7 +69,7 @@ class ClosedSphere(Case):
         known = {"is_vertex": is_vertex, "is_outside": np.ones(count, bool), "edge": edge}
         return CaseRays(origin, direction, known=known)[sure]
 
-    def leaks(self, on: Placed, rays: CaseRays, hits) -> np.ndarray:
+    def leaks(self, on: CaseInScene, rays: CaseRays, hits) -> np.ndarray:
         """From inside: no own triangle was met. From outside: none, or one on the far side."""
         ids = on.own(hits)
         far_side = rays.known["is_outside"] & (ids >= 0)

@@ -19,7 +19,7 @@ from taichi_tracer.system.own_code.source import (
     is_own,
     parameters,
     place,
-    plain,
+    unwrap,
     what_it_says,
 )
 
@@ -56,7 +56,7 @@ def note_misspelt(cls: type, known: tuple[str, ...]) -> None:
         known: the names of the package's methods that a class may replace.
     """
     own = vars_of(cls)
-    called = {name for function in own.values() for name in plain(function).__code__.co_names}
+    called = {name for function in own.values() for name in unwrap(function).__code__.co_names}
     for name in {*own_names(cls)} - called - {*known}:
         near = difflib.get_close_matches(name, {*known} - {*own}, n=1, cutoff=LIKE)
         if near:
@@ -73,7 +73,7 @@ def vars_of(cls: type) -> dict[str, Any]:
     """The methods that somebody has written in a class and in its bases: name → function."""
     found: dict[str, Any] = {}
     for base in reversed(cls.__mro__):
-        found |= {n: v for n, v in vars(base).items() if hasattr(plain(v), "__code__") and is_own(v)}
+        found |= {n: v for n, v in vars(base).items() if hasattr(unwrap(v), "__code__") and is_own(v)}
     return found
 
 
@@ -85,7 +85,7 @@ def own_names(cls: type) -> list[str]:
 
 def place_of(cls: type, file: str = "") -> tuple[str, int]:
     """The file and the line of a class."""
-    own = [plain(function) for function in vars_of(cls).values()]
+    own = [unwrap(function) for function in vars_of(cls).values()]
     file = own[0].__code__.co_filename if own else file
     text = "".join(linecache.getlines(file)).partition(f"class {cls.__name__}")[0]
     return file or cls.__module__, text.count("\n") + 1
@@ -94,7 +94,7 @@ def place_of(cls: type, file: str = "") -> tuple[str, int]:
 @functools.cache
 def is_left_open(function: Callable) -> bool:
     """Whether the package's method only says what a subclass must write."""
-    names = plain(function).__code__.co_names
+    names = unwrap(function).__code__.co_names
     return "static_assert" in names or "NotImplementedError" in names
 
 
@@ -108,17 +108,17 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
     """
     if not is_own(function):
         return
-    what = plain(function).__qualname__.split("<locals>.")[-1]
+    what = unwrap(function).__qualname__.split("<locals>.")[-1]
     if gives and is_plain_python(function):
         raise fault(function, f"{what} runs in kernels: write @ti.func above it")
     is_kernel = hasattr(getattr(function, "__func__", function), "_is_wrapped_kernel")
-    if hasattr(plain(shipped), "__code__") and not is_kernel:  # a kernel may write a field instead
+    if hasattr(unwrap(shipped), "__code__") and not is_kernel:  # a kernel may write a field instead
         check_parameters(what, function, shipped)
         if not is_plain_python(function) and gives_nothing(function) and not gives_nothing(shipped):
             raise fault(function, f"{what} has no return with a value. It gives: {what_it_says(shipped)}")
     rules.check(function, owner)
     if gives:
-        expected[plain(function)] = what, gives
+        expected[unwrap(function)] = what, gives
 
 
 def check_parameters(what: str, function: Callable, shipped: Callable) -> None:

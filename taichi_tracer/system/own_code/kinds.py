@@ -12,7 +12,7 @@ from taichi.lang.expr import Expr
 from taichi.lang.matrix import Matrix
 from taichi.lang.struct import Struct
 
-from taichi_tracer.system.own_code.source import fault, plain, returns, tree_of
+from taichi_tracer.system.own_code.source import fault, returns, tree_of, unwrap
 
 PLAIN = {
     "number": "a number",
@@ -42,7 +42,7 @@ def look(function: Callable, value: Any) -> None:
     what, gives = expected.get(function, ("", ""))
     wrong = mistake(value, gives) if gives else ""
     if wrong:
-        tree = tree_of(plain(function))
+        tree = tree_of(unwrap(function))
         raise fault(function, f"{what} returns {wrong}", (returns(tree) if tree is not None else [None])[-1])
 
 

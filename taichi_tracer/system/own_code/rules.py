@@ -13,7 +13,7 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang.field import Field
 
-from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, place, plain, tree_of
+from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, place, tree_of, unwrap
 
 ONCE = ("random", "numpy.random", "time", "secrets")  # modules whose functions run once, when a kernel is compiled
 COMPUTES = (ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Return, ast.Attribute)
@@ -32,7 +32,7 @@ def check(function: Callable, owner: type) -> None:
     """
     waiting, seen = [function], set()
     while waiting:
-        found = plain(waiting.pop())
+        found = unwrap(waiting.pop())
         tree = tree_of(found) if is_own(found) else None
         if found in seen or tree is None:
             continue
@@ -73,8 +73,8 @@ def check_whole(what: str, function: Any, owner: type, right: Any) -> None:
 
 def check_self(what: str, function: Callable, right: Callable) -> None:
     """Raise an OwnCodeError if a method lacks the parameter ``self``."""
-    name, given, known = plain(function).__name__, parameters(function), parameters(right)
-    is_method = "." in plain(function).__qualname__.split("<locals>.")[-1]
+    name, given, known = unwrap(function).__name__, parameters(function), parameters(right)
+    is_method = "." in unwrap(function).__qualname__.split("<locals>.")[-1]
     is_renamed = len(given) >= len(known) and given[:1] != known[1:2]
     if is_method and known[:1] == ["self"] and "self" not in given and not is_renamed and not is_static(function):
         raise fault(function, f"{what} has no self: write def {name}({', '.join(['self', *given])})")
@@ -82,18 +82,18 @@ def check_self(what: str, function: Callable, right: Callable) -> None:
 
 def parameters(function: Callable) -> list[str]:
     """The names of the parameters of a function or method."""
-    return list(inspect.signature(plain(function)).parameters)
+    return list(inspect.signature(unwrap(function)).parameters)
 
 
 def is_static(function: Callable) -> bool:
     """Whether a function is a static method."""
-    tree = tree_of(plain(function))
+    tree = tree_of(unwrap(function))
     return tree is not None and any(getattr(one, "id", "") == "staticmethod" for one in tree.decorator_list)
 
 
 def changes_others(function: Any) -> bool:
     """Whether a function writes into ``self`` or into an argument, or calls something for its effect."""
-    tree = tree_of(plain(function))
+    tree = tree_of(unwrap(function))
     nodes = [node for statement in tree.body for node in ast.walk(statement)] if tree is not None else []
     stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
     own = {node.id for node in stored if isinstance(node, ast.Name)} | {""}
@@ -199,7 +199,7 @@ class OwnFunction:
 
     def needs_func(self, node: ast.Call, function: Callable) -> bool:
         """Whether a plain function decides something by values that only the kernel knows."""
-        tree = tree_of(plain(function))
+        tree = tree_of(unwrap(function))
         given = [*node.args, *(keyword.value for keyword in node.keywords)]
         is_known = all(isinstance(one, ast.Constant) for one in given) or self.is_static(node)
         if is_known or tree is None or hasattr(function, "is_for_python_too"):
@@ -223,7 +223,7 @@ def values_of(parts: Iterable[Any]) -> Values:
 @functools.cache
 def names_read(cls: type) -> tuple[str, ...]:
     """The attributes of ``self`` that somebody's functions in a class read inside kernels; none of the package's."""
-    own = [plain(value) for base in cls.__mro__ for value in vars(base).values() if is_of_taichi(value)]
+    own = [unwrap(value) for base in cls.__mro__ for value in vars(base).values() if is_of_taichi(value)]
     nodes = [node for one in own if is_own(one) for node in ast.walk(tree_of(one) or ast.Pass())]
     return tuple(sorted({n.attr for n in nodes if isinstance(n, ast.Attribute) and ast.unparse(n.value) == "self"}))
 

@@ -23,7 +23,7 @@ LIBRARIES = (
 )
 
 
-def plain(function: Any) -> Any:
+def unwrap(function: Any) -> Any:
     """The Python function, without the decorators around it."""
     function = getattr(function, "written", function)
     function = getattr(function, "__func__", function)
@@ -39,7 +39,7 @@ def is_own_file(file: str) -> bool:
 
 def is_own(function: Callable) -> bool:
     """Whether a function stands in a file of somebody's own; the adapters to a student's functions do not."""
-    code = getattr(plain(function), "__code__", None)
+    code = getattr(unwrap(function), "__code__", None)
     return code is not None and is_own_file(code.co_filename)
 
 
@@ -47,7 +47,7 @@ def is_own(function: Callable) -> bool:
 def tree_of(function: Callable) -> ast.FunctionDef | None:
     """The syntax tree of a function, with the line numbers of its file; None where its text is unknown."""
     try:
-        lines, first = inspect.getsourcelines(plain(function))
+        lines, first = inspect.getsourcelines(unwrap(function))
         tree = ast.parse(textwrap.dedent("".join(lines)))
     except (OSError, TypeError, SyntaxError):
         return None
@@ -60,17 +60,17 @@ def tree_of(function: Callable) -> ast.FunctionDef | None:
 def line_of(function: Callable, node: ast.AST | None = None) -> int:
     """The line of a function, or of a node of its tree."""
     tree = tree_of(function)
-    return getattr(node, "lineno", plain(function).__code__.co_firstlineno if tree is None else tree.lineno)
+    return getattr(node, "lineno", unwrap(function).__code__.co_firstlineno if tree is None else tree.lineno)
 
 
 def place(function: Callable, node: ast.AST | None = None) -> str:
     """Where a function stands, or a node of its tree, as "my_parts.py:12"."""
-    return told_place(plain(function).__code__.co_filename, line_of(function, node))
+    return told_place(unwrap(function).__code__.co_filename, line_of(function, node))
 
 
 def fault(function: Callable, text: str, node: ast.AST | None = None) -> OwnCodeError:
     """The error for a function, or for a node of its tree."""
-    return fault_at(plain(function).__code__.co_filename, line_of(function, node), text)
+    return fault_at(unwrap(function).__code__.co_filename, line_of(function, node), text)
 
 
 def fault_at(file: str, line: int, text: str) -> OwnCodeError:
@@ -90,12 +90,12 @@ def told_place(file: str, line: int) -> str:
 
 def parameters(function: Callable) -> list[inspect.Parameter]:
     """The parameters of a function or method, without ``self``."""
-    return [p for p in inspect.signature(plain(function)).parameters.values() if p.name != "self"]
+    return [p for p in inspect.signature(unwrap(function)).parameters.values() if p.name != "self"]
 
 
 def what_it_says(function: Callable) -> str:
     """The first sentence of what the package writes about a method, without the full stop."""
-    text = " ".join((inspect.getdoc(plain(function)) or "what the package's method does").split("\n\n")[0].split())
+    text = " ".join((inspect.getdoc(unwrap(function)) or "what the package's method does").split("\n\n")[0].split())
     return text.split(". ")[0].rstrip(".").replace("``", "")
 
 
