@@ -79,6 +79,6 @@ def outcome(what: str, check: Callable[[], object]) -> tuple[bool, str]:
     try:
         check()
     except AssertionError as error:
-        told = " ".join(str(error).split())
-        return False, f"  WRONG  {told or what}"
+        text = " ".join(str(error).split())
+        return False, f"  WRONG  {text or what}"
     return True, f"  right  {what} ({time.perf_counter() - start:.1f} s)"

@@ -1,4 +1,4 @@
-"""The command line: which commands there are, and how errors are told.
+"""The command line: which commands there are, and how errors are printed.
 
 Each command is a file of ``commands/``: its arguments, and what it runs. Nothing here imports Taichi: ``--help`` and
 ``--version`` answer at once, and a command loads what it needs.
@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def text_of(error: Exception, parts: Sequence[str]) -> str | None:
-    """What the user is told about an error in one line, after the name of the program; None for an error of ours."""
+    """What the user reads of an error in one line, after the name of the program; None for an error of ours."""
     is_users = isinstance(error, (InputError, StaleSceneError, OSError))
     text = str(error) if is_users else load("faults:text_of_fault")(error, parts)
     return None if text is None else f": error: {' '.join(text.split())}"

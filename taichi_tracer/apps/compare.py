@@ -18,7 +18,7 @@ from taichi_tracer.system.formatting import digits_of
 from taichi_tracer.tones.heat import heat
 
 MOST_Z = 3.0  # of a difference that is noise; it is larger in 3 of 1,000 comparisons of the same picture
-MOST_PLACES = 5  # largest differences that are told
+MOST_PLACES = 5  # largest differences that are printed
 SHOWN = 400  # pixels, width of a picture in the page
 FEWEST_FOR_FLIP = 8  # pixels on a side
 
@@ -29,10 +29,10 @@ def run(args: Namespace) -> int:
     if any(kept) and not all(kept):
         raise InputError(f"{args.first}, {args.second}: compare two checkpoints, or two pictures")
     if all(kept):
-        image, reference, told = of_checkpoints(args.first, args.second)
+        image, reference, lines_before = of_checkpoints(args.first, args.second)
     else:
         image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
-        told = []
+        lines_before = []
     for path in (args.first, args.second):
         display = told_display(path)
         if display is not None:
@@ -48,7 +48,7 @@ def run(args: Namespace) -> int:
             raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
     if args.report is not None:
         check_place(args.report)
-    lines = [*told, *numbers(image, reference)]
+    lines = [*lines_before, *numbers(image, reference)]
     print("\n".join(lines))
     if args.report is not None:
         replace_file(args.report, as_html(args, image, reference, lines).encode())
@@ -77,10 +77,10 @@ def of_checkpoints(first: str, second: str) -> tuple[np.ndarray, np.ndarray, lis
     verdict = f"z {z:.1f}: the difference may be noise"
     if abs(z) > MOST_Z:
         verdict = f"z {z:.1f}: these are different scenes, or one of the two is biased"
-    told = [
+    lines_before = [
         f"{path}: {film.samples} spp, error {e}" for path, film, e in zip((first, second), films, errors, strict=True)
     ]
-    return *images, [*told, f"mean           {100 * shift:+.3g} % ± {100 * deviation:.3g} %; {verdict}"]
+    return *images, [*lines_before, f"mean           {100 * shift:+.3g} % ± {100 * deviation:.3g} %; {verdict}"]
 
 
 def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:

@@ -102,16 +102,18 @@ def backend_lines() -> Iterator[Line]:
     yield Line("backend chosen", f"{settings.arch}; a first kernel took {time.perf_counter() - start:.2f} s")
 
 
-def patches_line(told: dict[str, str]) -> Line:
+def patches_line(patches: dict[str, str]) -> Line:
     """Which patches of Taichi are in use, and why others are not.
 
     Args:
-        told: what ``runtime.patches`` returns.
+        patches: what ``runtime.patches`` returns.
     """
-    reasons = {name: reason for name, reason in told.items() if reason}
+    reasons = {name: reason for name, reason in patches.items() if reason}
     off = ", ".join(name for name, reason in reasons.items() if VARIABLE in reason)
     unfit = "; ".join(f"{name}: {reason}" for name, reason in reasons.items() if VARIABLE not in reason)
-    found = f"{len(told) - len(reasons)} of {len(told)} in use" + (f"; {VARIABLE} leaves out {off}" if off else "")
+    found = f"{len(patches) - len(reasons)} of {len(patches)} in use" + (
+        f"; {VARIABLE} leaves out {off}" if off else ""
+    )
     remedy = f"all works without them, slower; Taichi 1.7.3 and 1.7.4 fit. {unfit}"
     return Line("patches of Taichi", found, not unfit, remedy)
 

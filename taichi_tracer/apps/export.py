@@ -24,7 +24,7 @@ SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 
 
 def run(args: Namespace) -> int:
-    """Write the document; what it cannot say is told on stderr."""
+    """Write the document; what it cannot say is a note on stderr."""
     path = output_of(args)
     request = request_of(RenderSettings.of(args))
     document, up_axis, scene = request.document, args.up_axis, find_scene(args.scene)

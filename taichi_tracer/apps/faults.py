@@ -1,4 +1,4 @@
-"""Errors in the code of somebody's own parts, told in one line with the file and the line of it.
+"""Errors in the code of somebody's own parts, in one line with the file and the line of it.
 
 A file of ``--parts`` can be read without an error and still hold one: a kernel is compiled when a picture needs it, and
 a method is called when a scene is made.
@@ -21,7 +21,7 @@ MEANINGS = {
 def text_of_fault(error: Exception, parts: Sequence[str]) -> str | None:
     """The line for an error that arose in the code of one of the files; None where it did not.
 
-    Of an error in a kernel that names none of the files, the last line is told: a part that lacks a method is missed by
+    Of an error in a kernel that names none of the files, the last line counts: a part that lacks a method is missed by
     the code that calls it.
     """
     files = [str(Path(path).expanduser().resolve()) for path in parts]

@@ -92,7 +92,7 @@ class Keeper:
             self.path = str(picture.with_suffix(checkpoint.EXTENSION))
         self.keep()
         again = f"run the same command again, with --checkpoint {self.path}"
-        return f"they are kept in {self.path}: to go on, {again}" if self.is_in_place else "they are kept as told above"
+        return f"they are kept in {self.path}: to go on, {again}" if self.is_in_place else "they are kept, see above"
 
     def keep(self) -> None:
         """Write now, if there is where to and what."""

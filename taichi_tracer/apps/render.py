@@ -32,12 +32,12 @@ from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
 GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
-WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
+WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not printed
 SUM = "sum"  # the caption of the last picture of a contact sheet
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
-MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, that is told
-MOST_PLACES = 3  # of samples that are not finite: how many are told
+MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, a line says so
+MOST_PLACES = 3  # of samples that are not finite: how many are printed
 # On a cluster: a renderer, and (number of the picture, number of its view, bounces or None) → what takes the place of
 # ``renderer.render``.
 RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
@@ -136,8 +136,8 @@ def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Requ
     difference = np.abs(np.asarray(renderer.image()) - expected)
     factor = 1 / max(float(difference.max()), LEAST_SHOWN)
     place = written_bytes(against_path(path), encode_png(difference * factor, srgb=False))
-    told = f"the difference from the reference is {described_difference(difference)}"
-    print(f"{place}: {told}; it is shown {factor:.3g} times as bright", flush=True)
+    what = f"the difference from the reference is {described_difference(difference)}"
+    print(f"{place}: {what}; it is shown {factor:.3g} times as bright", flush=True)
     if difference.max() > VISIBLE:
         for file in course.files:
             with course.only(file):
@@ -178,7 +178,7 @@ def make_picture(
     """Render and write a picture, as far as it came; False where something had to be written elsewhere.
 
     Args:
-        clock: knows how long everything before took, to be told.
+        clock: knows how long everything before took.
         render: ``renderer.render``, or what takes its place.
 
     Raises:
@@ -202,8 +202,8 @@ def make_picture(
             encoding = encoding_of(renderer, picture)
             place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
-        told = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
-        print(f"{place}: {told} ({times})", flush=True)
+        what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
+        print(f"{place}: {what} ({times})", flush=True)
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
         report_better(renderer, picture.target)
@@ -260,8 +260,8 @@ class Clock:
     def total(self, renderer: ProgressiveRenderer) -> str:
         """Everything until now; and what the same would take again, where kernels were compiled that are kept."""
         total, saved = time.perf_counter() - self.started, compiling.seconds_to_save() - self._saved_before
-        told = f"total {total:.2f} s"
-        return told if saved < WORTH_TELLING else f"{told}, a second run about {total - saved:.2f} s"
+        text = f"total {total:.2f} s"
+        return text if saved < WORTH_TELLING else f"{text}, a second run about {total - saved:.2f} s"
 
 
 def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
@@ -307,9 +307,9 @@ def report_fireflies(renderer: ProgressiveRenderer) -> None:
     largest = np.sort(np.partition(squares, -few)[-few:])[::-1].cumsum()
     count = int(np.searchsorted(largest, squares.sum() / 2)) + 1
     if squares.any() and count <= len(largest) < squares.size:
-        told = f"{count:,} of {squares.size:,} pixels, which are fireflies"
+        where = f"{count:,} of {squares.size:,} pixels, which are fireflies"
         note(
-            f"half of the squared error lies in {told}: light that samples seldom find (docs/paths.md says what helps)"
+            f"half of the squared error lies in {where}: light that samples seldom find (docs/paths.md says what helps)"
         )
 
 

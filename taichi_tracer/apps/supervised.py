@@ -47,7 +47,7 @@ class Supervised:
     """A process that checks some parts.
 
     Attributes:
-        about: its first line. found: what it told of parts. present: the part that runs; None if none does.
+        about: its first line. found: what it found of parts. present: the part that runs; None if none does.
         has_ended: whether it has done all that it had to do.
     """
 
@@ -73,7 +73,7 @@ class Supervised:
         while self._is_open():
             self._look()
         code = self.process.wait()
-        if self.present is not None and code != USER_ERROR:  # the process has told it
+        if self.present is not None and code != USER_ERROR:  # the process has printed it
             how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
             raise EndedError(f"{self._where()}the process ended ({how}): does each path return what the caller needs?")
         return code
@@ -172,7 +172,7 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
 
 
 def lost(one: Supervised, error: EndedError) -> Told:
-    """Print, and return, what is told of a part that gave no answer."""
+    """Print, and return, the result of a part that gave no answer."""
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
     from taichi_tracer.teaching.html_boxes import box, lines_of
 

@@ -324,13 +324,13 @@ class Viewer:
     def save_picture(self) -> None:
         """Write the picture; say where, or why not, in the panel and on the terminal."""
         try:
-            told = ("Saved", str(save(current(self.renderer), self.folder)))
-            print(*told)
+            words = ("Saved", str(save(current(self.renderer), self.folder)))
+            print(*words)
             print("The same again:", as_command(self.renderer, self.settings), flush=True)
         except (OSError, InputError) as error:
-            told = ("Not saved:", str(error))
-            print(*told, flush=True)
-        self.tell(*told)
+            words = ("Not saved:", str(error))
+            print(*words, flush=True)
+        self.tell(*words)
 
     def print_camera(self) -> None:
         """Print the camera as options of the command line."""

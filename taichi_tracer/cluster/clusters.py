@@ -21,7 +21,7 @@ MOST_LOCAL = 8  # processes per processor of this machine
 INSTALL = "--cluster needs the package distributed: pip install 'taichi_tracer[cluster]'"
 NO_WORKERS = 'its workers did not start; a script must do this below if __name__ == "__main__":'
 CONNECT = 10.0  # seconds in which a scheduler has to answer
-PATIENT = 5.0  # seconds after which the user is told that there is no worker yet
+PATIENT = 5.0  # seconds after which a line says that there is no worker yet
 CLOSE = 2.0  # seconds in which a connection has to end
 
 

@@ -104,7 +104,7 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
             page.click("One picture")
             page.click("Explain a pixel")
             page.drag((left + 200, top + 200), (left + 200, top + 200))
-            page.until("/generate_ndc_coords/.test(document.querySelector('.tt-told').textContent)", "no explanation")
+            page.until("/generate_ndc_coords/.test(document.querySelector('.tt-answer').textContent)", "no explanation")
             assert page.box(".tt-drawer")[3] <= 900  # it is in sight, and scrolls by itself
             assert not shown.evaluate("document.querySelector('.tt-mark').hidden")
             page.click("Close")

@@ -2,7 +2,7 @@
 
 from taichi_tracer.apps.grammar import Parser, later
 
-HELP = "check your own parts: densities, energy, rays, random numbers; the first wrong number is told"
+HELP = "check your own parts: densities, energy, rays, random numbers; prints the first wrong number"
 run = later("check_part:run")
 
 

@@ -44,7 +44,7 @@ def add_arguments(parser: Parser) -> None:
         type=number,
         metavar="FACTOR",
         help="cut fireflies: no pixel of the file is brighter than FACTOR times the brightest of its eight neighbours; "
-        "the bias that this adds is told, and the sampler is then niederreiter_two",
+        "the bias that this adds is printed, and the sampler is then niederreiter_two",
     )
     parser.add_argument(
         "--profile",

@@ -93,7 +93,7 @@ class Channel:
         self._last_wait = self.now()
 
     def ask(self) -> None:
-        """Note that the next frame will be taken, without a thread that waits for it."""
+        """Note that somebody fetches the next frame, without a thread that waits for it."""
         self._polls = True
 
     def close(self) -> None:

@@ -117,5 +117,5 @@ def checked(event: Any) -> tuple[str, dict[str, Any]]:
 
 def shown(value: Any) -> str:
     """A value in a message, cut where it is long."""
-    told = repr(value)
-    return told if len(told) <= 60 else told[:57] + "..."
+    text_of_value = repr(value)
+    return text_of_value if len(text_of_value) <= 60 else text_of_value[:57] + "..."

@@ -96,7 +96,7 @@ function render({ model, el }) {
   const strip = make("div", { class: "tt-strip", hidden: true }, doing, bar, button("Cancel", () => send({ type: "cancel" })));
   const scale = make("div", { class: "tt-scale" });
   const panel = make("aside", { class: "tt-panel", "aria-label": "settings", tabindex: 0 });
-  const told = make("div", { class: "tt-told" });
+  const answer = make("div", { class: "tt-answer" });
   const place = make("form", { class: "tt-place", hidden: true, onsubmit: event => {
     event.preventDefault();
     const [column, row, sample] = [...place.elements].slice(0, 3).map(input => Number(input.value));
@@ -107,7 +107,7 @@ function render({ model, el }) {
   const help = make("div", { class: "tt-help", hidden: true }, make("table", {}, ...HELP.map(([keys, what]) =>
     make("tr", {}, make("td", {}, ...keys.split(", ").flatMap((key, k) => [...(k ? [", "] : []), make("kbd", {}, key)])), make("td", {}, what)))));
   const drawer = make("aside", { class: "tt-drawer", hidden: true, "aria-label": "answers", tabindex: 0 },
-    make("header", {}, make("strong", {}, ""), button("Close", () => { closeDrawer(); canvas.focus(); })), help, place, told);
+    make("header", {}, make("strong", {}, ""), button("Close", () => { closeDrawer(); canvas.focus(); })), help, place, answer);
   const status = make("p", { class: "tt-numbers" }), pointed = make("p", { class: "tt-pointed" });
   const message = make("p", { class: "tt-message", role: "alert" }), spoken = make("p", { class: "tt-spoken", role: "status" });
   const pace = make("p");
@@ -461,7 +461,7 @@ function render({ model, el }) {
     help.hidden = !help.hidden;
     setText(title, "Keys and mouse");
     drawer.hidden = help.hidden && !state.explanation;
-    told.hidden = !help.hidden;
+    answer.hidden = !help.hidden;
   }
 
   function closeDrawer() {
@@ -473,16 +473,16 @@ function render({ model, el }) {
 
   function showAnswer() {
     if (!changed("answer", state.explanation)) return;
-    told.innerHTML = state.explanation;
-    told.hidden = false;
+    answer.innerHTML = state.explanation;
+    answer.hidden = false;
     help.hidden = true;
     drawer.hidden = !state.explanation;
     if (!state.explanation) return;
     drawer.scrollTop = 0;
     setText(title, state.explained ? `Column ${state.explained[0]}, row ${state.explained[1]}` : "The same again");
     const copy = async text => { await navigator.clipboard.writeText(text); say("It is copied."); };
-    for (const text of told.querySelectorAll("pre")) text.after(button("Copy", () => copy(text.textContent)));
-    if (isCopying) copy(told.querySelector("pre").textContent).catch(() => {}); // a browser may forbid it: the button is there
+    for (const text of answer.querySelectorAll("pre")) text.after(button("Copy", () => copy(text.textContent)));
+    if (isCopying) copy(answer.querySelector("pre").textContent).catch(() => {}); // a browser may forbid it: the button is there
     isCopying = false;
     drawer.focus();
   }

@@ -50,7 +50,7 @@ def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Cal
     """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
 
     Args:
-        draw: renders a sample and shows it. tell: is told what takes so long.
+        draw: renders a sample and shows it. tell: is called with what takes so long.
     """
     for _ in range(3):  # the first pictures compile
         renderer.camera.set_camera_parameters()  # as if moved

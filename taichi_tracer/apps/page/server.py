@@ -28,13 +28,13 @@ from taichi_tracer.apps.page.session import FILES, Session
 from taichi_tracer.system.errors import InputError
 
 LOOPBACK = "127.0.0.1"
-FIRST_PORT, LAST_PORT = 8765, 8865  # the first free one is taken
+FIRST_PORT, LAST_PORT = 8765, 8865  # the server listens on the first free one
 MOST_BYTES = 64 * 1024  # of a message
 RATE = 2000  # messages per second of a connection
 MOST_CONNECTIONS = 24  # at the same time, of those who have shown the token
 PATIENCE = 3.0  # seconds in which a connection must be opened, and in which the token must come
 IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
-LOOK = 0.1  # seconds between two looks at whether a page has taken its frames
+LOOK = 0.1  # seconds between two looks at whether a page has shown its frames
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -51,7 +51,7 @@ PAGES = {"/": ("live.html", "text/html; charset=utf-8"), "/live.css": ("live.css
 PAGES |= {f"/{name}": (name, SCRIPT) for name in ("live.js", "host.js")}
 SOCKET = "/socket"
 FOLDER = Path(__file__).parent
-QUIET = logging.getLogger("taichi_tracer.page")  # who sends what is no request is refused, and nothing is told
+QUIET = logging.getLogger("taichi_tracer.page")  # who sends what is no request is refused in silence
 QUIET.disabled = True
 
 
@@ -165,8 +165,8 @@ class Page:
             event = json.loads(message)
             self.session.post(event)
         except (ValueError, RecursionError) as error:  # an InputError is a ValueError
-            told = str(error) if isinstance(error, InputError) else "this is no JSON"
-            self.send({"message": told})
+            reason = str(error) if isinstance(error, InputError) else "this is no JSON"
+            self.send({"message": reason})
             return
         if event["type"] == "ack":
             self.shown = max(self.shown, min(event["id"], self.sent))
