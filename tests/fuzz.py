@@ -8,13 +8,14 @@ fixed few of them.
 
 import argparse
 import io
+import resource
 import signal
 import struct
 import sys
 import tempfile
 import time
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -36,79 +37,37 @@ ROUND = 200  # examples of each kind in a round of the long run
 
 # ── what files are made of ──
 
-ODD_NUMBERS = """0 -0 1 -1 2 3 4 9 1e400 -1e400 nan inf -inf 1e-400 0x1 1_0 ١ 1e 1.5.2 999999999999999999999 +1"""
-NUMBER = st.sampled_from(ODD_NUMBERS.split()) | st.integers(-12, 12).map(str) | st.floats(width=32).map(str)
-CORNER = st.tuples(NUMBER, st.sampled_from(["", "/", "//", "/1", "/1/1", "//1", "/1/", "/0/0"])).map("".join)
-WORDS = """v v v f f f vn vt usemtl mtllib o g s l p # newmtl Kd Ks Ke Ns Ni d illum map_Kd alpha_x F0 vp call"""
-KEYWORD = st.sampled_from(WORDS.split())
-WORD = st.one_of(
-    NUMBER, CORNER, st.sampled_from(["a", "b.mtl", "default", "\\", "\\\n", "#", "é", "-s 1 1 1"]), st.text(max_size=4)
-)
-LINE = st.tuples(KEYWORD, st.lists(WORD, max_size=6)).map(lambda parts: " ".join([parts[0], *parts[1]]))
-TRIANGLE = "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl a\nf 1//1 2//1 3//1\n"
-MATERIAL = "newmtl a\nKd 1 1 1\nNs 50\n"
-
-
-def text_files(start: str):
-    """A good file with lines added, in some encoding and with some line ends."""
-    ends = st.sampled_from(["\n", "\r\n", "\r", "\n\n"])
-    codes = st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"])
-    lines = st.tuples(st.booleans(), st.lists(LINE, max_size=12), ends, codes)
-
-    def write(parts) -> bytes:
-        keep, added, end, code = parts
-        return end.join([*(start.splitlines() if keep else []), *added]).encode(code, errors="replace")
-
-    return st.one_of(lines.map(write), damaged(st.just(start.encode())))
+NUMBERS = ["0", "-0", "-1", "1e400", "nan", "-inf", "0x1", "1_0", "1e", "999999999999999999999", "1/", "1//1", "0/0"]
+WORDS = ["v", "f", "vn", "usemtl", "mtllib", "#", "newmtl", "Kd", "Ns", "d", "map_Kd", "b.mtl", "\\", "é", "-s"]
+MATERIAL = b"newmtl a\nKd 1 1 1\nNs 50\n"
+TRIANGLE = b"mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl a\nf 1//1 2//1 3//1\n"
+PLY = b"""ply\nformat %s 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z
+element face 2\nproperty list uchar int vertex_indices\nend_header\n"""
+CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]
+LINES = st.lists(st.sampled_from(NUMBERS + WORDS) | st.text(max_size=4), max_size=6).map(" ".join)
+VALUES = [struct.pack("<i", -1), struct.pack("<I", 2**31), struct.pack(">I", 2**31 - 1), struct.pack("<f", np.nan)]
 
 
 @st.composite
 def damaged(draw, good):
-    """A good file with bytes changed, cut out, repeated or cut off."""
-    data = bytearray(draw(good))
+    """A good file with bytes changed, cut out, repeated or cut off, and with odd lines."""
+    data = bytearray(draw(st.sampled_from(good)))
     for _ in range(draw(st.integers(0, 6))):
-        at = draw(st.integers(0, max(0, len(data) - 1)))
-        how = draw(st.sampled_from(["change", "cut", "repeat", "end", "number"]))
-        if how == "change" and data:
-            data[at] = draw(st.integers(0, 255))
-        elif how == "cut":
-            del data[at : at + draw(st.integers(1, 9))]
-        elif how == "repeat":
-            data[at:at] = data[at : at + draw(st.integers(1, 30))]
-        elif how == "end":
-            del data[at:]
-        elif how == "number":
-            code, value = draw(
-                st.sampled_from([("<i", -1), ("<I", 2**31), (">I", 2**31 - 1), ("<f", np.nan), ("<f", 1e38)])
-            )
-            data[at : at + 4] = struct.pack(code, value)
+        at = draw(st.integers(0, len(data)))
+        end = at + draw(st.integers(0, 30))
+        with_line = f"\n{draw(LINES)}\n".encode(draw(st.sampled_from(["utf-8", "utf-16"])))
+        odd = draw(st.sampled_from([b"", data[at:end] * 2, bytes([draw(st.integers(0, 255))]), with_line, *VALUES]))
+        data[at : draw(st.sampled_from([at, at + len(odd), end, len(data)]))] = odd
     return bytes(data)
 
 
-def ply_files():
-    """Text and binary PLY of a triangle and a quad, and what can become of them."""
-
-    def head(form):
-        return (
-            f"ply\nformat {form} 1.0\ncomment c\n"
-            "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-            "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
-        ).encode()
-
-    text = head("ascii") + b"0 0 0\n1 0 0\n0 1 0\n1 1 1\n3 0 1 2\n3 1 2 3\n"
-    parts = [head("{}")]
-    for form, order in (("binary_little_endian", "<"), ("binary_big_endian", ">")):
-        vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]], f"{order}f4").tobytes()
-        faces = b"".join(struct.pack(f"{order}B3i", 3, *ids) for ids in ((0, 1, 2), (1, 2, 3)))
-        parts.append(head(form) + vertices + faces)
-    numbers = st.tuples(
-        st.sampled_from([b"4", b"2", b"uchar", b"float"]),
-        st.sampled_from([b"0", b"-1", b"999999999", b"char", b"double"]),
-    )
-    return st.one_of(
-        damaged(st.sampled_from([text, *parts[1:]])),
-        st.tuples(st.sampled_from([text, *parts[1:]]), numbers).map(lambda p: p[0].replace(*p[1], 1)),
-    )
+def ply_files() -> list[bytes]:
+    """Text and binary PLY of two triangles."""
+    found = [PLY % b"ascii" + b"0 0 0\n1 0 0\n0 1 0\n1 1 1\n3 0 1 2\n3 1 2 3\n"]
+    for form, order in ((b"binary_little_endian", "<"), (b"binary_big_endian", ">")):
+        faces = struct.pack(f"{order}B3iB3i", 3, 0, 1, 2, 3, 1, 2, 3)
+        found.append(PLY % form + np.array(CORNERS, f"{order}f4").tobytes() + faces)
+    return found
 
 
 def image_files(extension: str):
@@ -123,7 +82,7 @@ def image_files(extension: str):
             buffer = io.BytesIO()
             np.save(buffer, np.ones((3, 5), dtype))
             good.append(buffer.getvalue())
-    return damaged(st.sampled_from(good))
+    return damaged(good)
 
 
 def readable_images() -> list[str]:
@@ -146,30 +105,21 @@ def bounded():
     def stop(*_):
         raise AssertionError(f"it took more than {SECONDS} seconds")
 
-    can_alarm = hasattr(signal, "SIGALRM")
     before = peak_megabytes()  # of all tests that this process has run
-    if can_alarm:
-        former = signal.signal(signal.SIGALRM, stop)
-        signal.alarm(SECONDS)
+    former = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(SECONDS)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), suppress(InputError):
             warnings.simplefilter("ignore")
             yield
-    except InputError:
-        pass
     finally:
-        if can_alarm:
-            signal.alarm(0)
-            signal.signal(signal.SIGALRM, former)
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, former)
     assert peak_megabytes() - before < MEGABYTES
 
 
 def peak_megabytes() -> float:
-    """The most memory that this process has held, 0 where it cannot be told."""
-    try:
-        import resource
-    except ImportError:
-        return 0.0
+    """The most memory that this process has held."""
     unit = 1 << 20 if sys.platform == "darwin" else 1 << 10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
 
@@ -246,11 +196,11 @@ def a_scene() -> tt.SceneData:
 
 def targets(scene=None) -> dict:
     """Name → (strategy, check); ``scene.intersect`` only where a scene is given."""
-    file_with("b.mtl", MATERIAL.encode())
+    file_with("b.mtl", MATERIAL)
     found = {
-        "obj": (text_files(TRIANGLE), lambda content: read_mesh_file("a.obj", content)),
-        "mtl": (text_files(MATERIAL), read_material_file),
-        "ply": (ply_files(), lambda content: read_mesh_file("a.ply", content)),
+        "obj": (damaged([TRIANGLE]), lambda content: read_mesh_file("a.obj", content)),
+        "mtl": (damaged([MATERIAL]), read_material_file),
+        "ply": (damaged(ply_files()), lambda content: read_mesh_file("a.ply", content)),
     }
     for extension in readable_images():
         found[extension[1:]] = (image_files(extension), lambda content, e=extension: read_image_file(e, content))
@@ -271,8 +221,8 @@ def run(strategy, holds, examples: int, number: int) -> None:
     check_one()
 
 
-def main(words: list[str] | None = None) -> int:
-    """The long run; 1 where something did not hold, with the smallest input that shows it."""
+def main(words: list[str] | None = None) -> None:
+    """The long run; an error where something does not hold, with the smallest input that shows it."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
     parser.add_argument("--minutes", type=float, default=5.0)
     parser.add_argument("--seed", type=int, default=0, help="of the first round; each round takes the next")
@@ -280,28 +230,13 @@ def main(words: list[str] | None = None) -> int:
     args = parser.parse_args(words)
     tt.init("cpu")
     chosen = {name: t for name, t in targets(a_scene()).items() if args.only in (None, name)}
-    end, number, done, failed = time.monotonic() + 60 * args.minutes, args.seed, 0, set()
-    while time.monotonic() < end and chosen:
-        for name, (strategy, holds) in list(chosen.items()):
-            try:
-                run(strategy, holds, ROUND, number)
-                done += ROUND
-            except BaseException as error:
-                if isinstance(error, KeyboardInterrupt):
-                    raise
-                failed.add(name)
-                del chosen[name]
-                print(
-                    f"{name}, seed {number}: {type(error).__name__}: {error}\n"
-                    + "\n".join(getattr(error, "__notes__", []))
-                )
+    end, number = time.monotonic() + 60 * args.minutes, args.seed
+    while time.monotonic() < end:
+        for strategy, holds in chosen.values():
+            run(strategy, holds, ROUND, number)
         number += 1
-    print(
-        f"{done:,} inputs in {number - args.seed} rounds, peak {peak_megabytes():,.0f} MB;",
-        f"failed: {sorted(failed) or 'none'}",
-    )
-    return 1 if failed else 0
+    print(f"{number - args.seed} rounds of {ROUND} inputs for each of {', '.join(chosen)}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -71,8 +71,3 @@ def test_paths_of_as_many_bounces(scene, bounces):
     settings = mitsuba_scenes.path(bounces), width, height, VARIANT
     picture = mitsuba_scenes.MitsubaPicture(mesh, *settings, view=view)
     check_same(rendered(renderer, 32), [picture.render(32, seed) for seed in range(RENDERS)])
-
-
-# ── the rough conductor, of which Mitsuba computes in f32 ──
-
-METALS, PAIRS = 50, 20

@@ -49,6 +49,7 @@ def objs():
 # --- The files --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_script_remakes_every_file_to_the_byte():
     command = [sys.executable, "-B", str(FOLDER / "make_scenes.py"), "--check"]
     result = run(command, capture_output=True, text=True, check=False)

@@ -9,10 +9,10 @@ EPSILON = 2.0**-23
 pytestmark = pytest.mark.usefixtures("f32")
 
 
-QUICK = [case for case in surface_cases.SURFACES if case is not surface_cases.LightInside][:2]
+CASES = [pytest.param(surface_cases.Microfacets, marks=pytest.mark.slow), surface_cases.RoughLayers]
 
 
-@pytest.mark.parametrize("case", QUICK)
+@pytest.mark.parametrize("case", CASES)
 def test_it_passes(case):
     found = case().judge(EPSILON)
     assert found["tried"] > 100
