@@ -10,8 +10,10 @@ from PIL import Image
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.apps.page import session as module
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.settings import RenderSettings
 
 SIZE = (32, 24)
 
@@ -135,6 +137,22 @@ def test_choices_and_what_cannot_be_chosen(session):
         session.step(0.0)
         chosen(session)
         assert message in session.message, event
+
+
+def test_a_page_cannot_name_files_for_the_process_that_compiles(scene, monkeypatch):
+    started = []
+    monkeypatch.setattr(module, "compiling_process", lambda settings: started.append(settings))
+    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"), RenderSettings("cube"))
+    for name, value in (
+        ("environment", "/etc/passwd"),
+        ("triangle_test", "x"),
+        ("view", "x"),
+        ("scene", "/etc/passwd"),
+    ):
+        session.post({"type": "set", "name": name, "value": value})
+        session.step(0.0)
+        assert value in session.message
+    assert started == []
 
 
 def test_cancel_keeps_what_was_shown(session):

@@ -103,8 +103,8 @@ class RendererState:
             InputError: a name is unknown, or a value is out of its range.
         """
         former = self.settings
-        renderer_class, chosen = self.find(settings.view)
-        settings = self.lit(settings, chosen)
+        settings = self.checked(settings)
+        renderer_class, _ = self.find(settings.view)
         scene = self._scene_for(settings)
         if settings.environment != former.environment:
             self._set_environment(scene, settings.environment or NO_NAME)
@@ -127,8 +127,18 @@ class RendererState:
                 raise InputError("this camera has a window, and no field of view")
             self.renderer.camera.set_camera_parameters(fov=settings.fov)
 
-    def lit(self, settings: RenderSettings, chosen: Integrator) -> RenderSettings:
-        """The settings with light, where something is to be shown that needs it, and nobody has chosen any."""
+    def checked(self, settings: RenderSettings) -> RenderSettings:
+        """The settings, with light where something is to be shown that needs it, and nobody has chosen any.
+
+        Raises:
+            InputError: a name is unknown; no name of a file is known.
+        """
+        _, chosen = self.find(settings.view)
+        if settings.environment not in (None, *self.environments):
+            raise one_of("environment", settings.environment, self.environments)
+        for kind, name in (("triangle test", settings.triangle_test), ("lamp choice", settings.lamp_choice)):
+            if name is not None:
+                PARTS.find(kind, name)
         needs = chosen.needs_light and self.scene.effects.is_dark and not self._has_chosen_light
         return replace(settings, environment=USUAL_LIGHT) if needs else settings
 
@@ -146,15 +156,11 @@ class RendererState:
         usual = "watertight" if test in PARTS.names("triangle test") else test  # one that is no part stays
         wanted = settings.triangle_test or usual, settings.lamp_choice or choice, settings.ground
         if wanted not in self._scenes:
-            for kind, name in (("triangle test", wanted[0]), ("lamp choice", wanted[1])):
-                PARTS.find(kind, name)
             self._scenes[wanted] = again(self.scene, **dict(zip(OF_SCENE, wanted, strict=True)))
         return self._scenes[wanted]
 
     def _set_environment(self, scene: SceneData, name: str) -> None:
         """Choose the light from far away; it keeps intensity, rotation and look-up of the scene's own."""
-        if name not in self.environments:
-            raise one_of("environment", name, self.environments)
         if name != NO_NAME and name not in self._environments:
             self._environments[name] = load_environment(name, **self._light_options)
         scene.set_environment(self._environments.get(name))

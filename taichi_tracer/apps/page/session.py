@@ -349,8 +349,8 @@ class Session(Channel):
             quick_pixels(self.renderer.render())
             self._warm_moving()
 
-        what, chosen = state.find(wanted.view)
-        wanted = state.lit(wanted, chosen)
+        wanted = state.checked(wanted)
+        what, _ = state.find(wanted.view)
         if self._kernels_of(wanted) in self._compiled:
             state.show(wanted)
             return
