@@ -17,12 +17,7 @@ from taichi_tracer.system.registry import PARTS, load_parts
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-README, TOUR, PROGRAMS = (
-    path.read_text(encoding="utf-8")
-    for path in (DOCUMENTS[0], ROOT / "docs" / "tour.md", ROOT / "docs" / "programs.md")
-)
-
-
+PROGRAMS = (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
 HAND_IN = ROOT / "tests" / "course" / "handin"
 FILE = re.compile(r"^`(sphere/[^`]+)`:\n\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -1,6 +1,5 @@
 """--parts in every command: parts of a file of one's own, files that are wrong, and --plain."""
 
-import numpy as np
 import pytest
 
 from taichi_tracer.apps.cli import main
@@ -138,12 +137,6 @@ def parts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_parts.py").write_text(PARTS_FILE)
     return ["--parts", "my_parts.py"]
-
-
-def render(name, *words):
-    """The picture of a command, as an array."""
-    assert main(["render", *words, "-o", f"{name}.npy"]) == 0
-    return np.load(f"{name}.npy")
 
 
 # ── every command ──

@@ -26,7 +26,7 @@ from taichi_tracer.explain.terms import (
 )
 
 SIZE = (24, 16)
-UP, ONE, ZERO = np.array([0, 1.0, 0]), np.ones(3), np.zeros(3)
+UP, ONE = np.array([0, 1.0, 0]), np.ones(3)
 SLANTED = np.array([0.6, 0.8, 0])
 CLASSES = {"path": tt.A4Renderer, "explicit": tt.A4Renderer, "implicit": tt.A4Renderer}
 SCENES = {"cornell_box": {}, "cube": {"environment": "studio"}, "caustic_sphere": {}, "rt3/all_lights": {}}
