@@ -13,7 +13,7 @@ COUNTS_AT_THE_END = "OpenImageIO"  # a library that prints a page about each of 
 
 
 def main() -> int:
-    """Run the command line; a signal is minded before anything large is imported."""
+    """Run the command line; signals are handled before anything large is imported."""
     try:
         from taichi_tracer.apps.running import EXIT_CODE, ignore, leave_at_once
     except ModuleNotFoundError as error:

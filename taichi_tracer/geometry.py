@@ -235,10 +235,10 @@ def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
             (not_finite.sum() + sphere_not_finite.sum(), "with a NaN or infinite vertex"),
             (no_area.sum() + no_radius.sum(), "without area"),
         )
-        told = ", ".join(f"{count} {cause}" for count, cause in causes if count > 0)
+        reasons = ", ".join(f"{count} {cause}" for count, cause in causes if count > 0)
         what = "triangles" if len(spheres) == 0 else "primitives"
         rest = ": nothing is left to be seen" if dropped == mesh.num_primitives else ""
-        notes.append(f"{mesh.source}: {dropped} of {mesh.num_primitives} {what} dropped ({told}){rest}")
+        notes.append(f"{mesh.source}: {dropped} of {mesh.num_primitives} {what} dropped ({reasons}){rest}")
     return replace(mesh, vertices=vertices, faces=faces, notes=notes, dropped=dropped, spheres=spheres)
 
 

@@ -250,8 +250,8 @@ def _count_places(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, tuple[int
         inner, levels_below = known[id(one.mesh)]
         places, levels = places + len(one.matrices) * inner, max(levels, 1 + levels_below)
         if places > MOST_PLACES or levels > MOST_LEVELS:
-            told = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
-            raise InputError(f"{way}: {told}")
+            excess = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
+            raise InputError(f"{way}: {excess}")
     known[id(mesh)] = places, levels
     return known
 

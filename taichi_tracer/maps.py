@@ -195,8 +195,8 @@ class MapRenderer(ProgressiveRenderer):
             x0, x1 = max(left, i * side), min(right, (i + 1) * side)
             y0, y1 = max(bottom, j * side), min(top, (j + 1) * side)
             if x0 < x1 and y0 < y1:
-                taken = min(seconds(x0, x1, y0, y1) for _ in range(2))  # another program may run in between
-                times[i, j] = max(0.0, taken - empty) / ((x1 - x0) * (y1 - y0))
+                needed = min(seconds(x0, x1, y0, y1) for _ in range(2))  # another program may run in between
+                times[i, j] = max(0.0, needed - empty) / ((x1 - x0) * (y1 - y0))
         return times
 
     @property

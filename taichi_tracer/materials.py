@@ -105,8 +105,8 @@ class Material(metaclass=WithParameters):
 
     def __repr__(self) -> str:
         usual, values = vars(Material()), vars(self)
-        told = [f"{name}={value!r}" for name, value in values.items() if value != usual[name]]
-        return f"Material({', '.join(told)})"
+        arguments = [f"{name}={value!r}" for name, value in values.items() if value != usual[name]]
+        return f"Material({', '.join(arguments)})"
 
     @property
     def is_rough(self) -> bool:

@@ -64,12 +64,12 @@ def not_a_scene(renderer: str, given: object) -> InputError:
 
 def unknown_integrator(renderer: "ProgressiveRenderer", chosen: str) -> InputError:
     """The error for the name of what a renderer does not offer; it says which other does."""
-    told = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
+    message = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
     other = next((part for part in PARTS.all("integrator") if chosen in (part.name, *part.aliases)), None)
     if other is not None:
         owners = [cls.__name__ for cls in ProgressiveRenderer.__subclasses__() if other in cls.offered()]
-        told += f". It belongs to {' and '.join(owners) or 'another renderer'}"
-    return InputError(told)
+        message += f". It belongs to {' and '.join(owners) or 'another renderer'}"
+    return InputError(message)
 
 
 def whole(name: str, number: int) -> int:
@@ -107,7 +107,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     jitters = False  # whether its pictures consist of random samples by default
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
     value_names: tuple[str, ...] = ()  # which of ``values.VALUES`` it has
-    scale: Scale | None = None  # what the colours mean, if they stand for numbers
+    scale: Scale | None = None  # what the colours mean, if they show numbers
 
     @one_at_a_time
     @with_options(RendererOptions, RENDERER_DEFAULTS)
@@ -193,7 +193,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         Args:
             integrator: its name, or the integrator itself.
         """
-        chosen: Any = getattr(integrator, "integrator", integrator)  # the name that a ``Mode`` stands for
+        chosen: Any = getattr(integrator, "integrator", integrator)  # the name of the integrator of a ``Mode``
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -282,7 +282,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
         """The parts of a sample that nobody watches, for who explains it.
 
-        Every pixel takes every sample: ``shares.range_of`` tells the indices of those that it took in the picture.
+        Every pixel takes every sample: ``shares.range_of`` has the indices of those that it took in the picture.
         """
         shares = Shares(self.width, self.height)
         return SampleParts(scene, integrator, self.make_eye_rays(), self.sampler, shares, self.film)

@@ -35,7 +35,7 @@ class Sampler:
         replicated: whether the samples with even and with odd index belong to two sequences. The two sequences are
             independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
         doubles: whether all samples belong to one sequence. Then the change of the picture when the number of samples
-            doubles tells the error.
+            doubles shows the error.
         is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
             the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
         shares_terms: whether the pair of ``next_2d_of_term`` has the dimension of the next ``next_2d``. ``get_2d`` then

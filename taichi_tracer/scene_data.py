@@ -359,7 +359,7 @@ def again(former: SceneData, **changes: Any) -> SceneData:
         "instances": former.instances_mode,
     }
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
+        warnings.simplefilter("ignore")  # the primitives that are dropped were reported when this scene was made
         placed = former.mesh.placed
         if placed is not None:
             own["smooth"] = former.smooth

@@ -9,7 +9,7 @@ import numpy as np
 from taichi_tracer.apps.merge import film_of
 from taichi_tracer.files import checkpoint, page
 from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.files.images import read_image, told_display
+from taichi_tracer.files.images import display_in, read_image
 from taichi_tracer.picture.bias import shift_of
 from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system import runtime
@@ -34,7 +34,7 @@ def run(args: Namespace) -> int:
         image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
         lines_before = []
     for path in (args.first, args.second):
-        display = told_display(path)
+        display = display_in(path)
         if display is not None:
             advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
             raise InputError(f"{path}: not linear light, but shown with {display}: {advice}")

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from taichi_tracer.system.own_code.faults import fault_of
-from taichi_tracer.system.own_code.source import told_place
+from taichi_tracer.system.own_code.source import shown_place
 
 # What Python or Taichi says of code outside of kernels → what it means.
 MEANINGS = {
@@ -32,7 +32,7 @@ def text_of_fault(error: Exception, parts: Sequence[str]) -> str | None:
         last = str(error).strip().splitlines()[-1]
         return str(fault) if fault is not None else last if parts else None
     if frames:
-        place = told_place(frames[-1].filename, frames[-1].lineno or 0)
+        place = shown_place(frames[-1].filename, frames[-1].lineno or 0)
         meant = next((means for text, means in MEANINGS.items() if text in str(error)), None)
         return f"{place}: {meant or f'{type(error).__name__}: {error}'}"
     return str(error) if parts and isinstance(error, NotImplementedError) else None

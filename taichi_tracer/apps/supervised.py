@@ -21,7 +21,7 @@ from typing import Any
 from taichi_tracer.apps.notes import USER_ERROR
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processors import own_seconds
-from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, Told, summary
+from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, ResultLine, summary
 
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
 # less than 6. The clock alone counts where the system does not tell the seconds of other processes.
@@ -59,7 +59,7 @@ class Supervised:
         os.close(writing)
         self._pipe, self._rest = reading, b""
         self.about: dict[str, Any] = {}
-        self.found: list[Told] = []
+        self.found: list[ResultLine] = []
         self.present: dict[str, Any] | None = None
         self.has_ended = False
         self._begin()
@@ -94,7 +94,7 @@ class Supervised:
             self.present = facts
             self._begin()
         elif "name" in facts:
-            self.found.append(Told(**facts))
+            self.found.append(ResultLine(**facts))
             self.present = None
             self._begin()
         elif "ends" in facts:
@@ -149,7 +149,7 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
     Raises:
         InputError: the files give no answer when they are read.
     """
-    found: list[Told] = []
+    found: list[ResultLine] = []
     with ending_by_signals():
         while True:
             one = Supervised([folder, *names, *options], goes_on=bool(found))
@@ -171,7 +171,7 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
     return finished(one.about["title"], Path(one.about["target"]), found)
 
 
-def lost(one: Supervised, error: EndedError) -> Told:
+def lost(one: Supervised, error: EndedError) -> ResultLine:
     """Print, and return, the result of a part that gave no answer."""
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
     from taichi_tracer.teaching.html_boxes import box, lines_of
@@ -180,10 +180,10 @@ def lost(one: Supervised, error: EndedError) -> Told:
     points = one.about["points"][name]
     verdict = PartResult(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
     print(*lines_of(name, points, verdict, 0.0), sep="\n", flush=True)
-    return Told(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
+    return ResultLine(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
 
 
-def finished(title: str, target: Path, found: Sequence[Told]) -> int:
+def finished(title: str, target: Path, found: Sequence[ResultLine]) -> int:
     """Write the page, and print the summary. Returns the exit code."""
     from taichi_tracer.files import page
     from taichi_tracer.files.disk import replace_file

@@ -61,9 +61,7 @@ class DistributedRender:
     def __init__(self, cluster: Cluster, renderer: Any, job: Job, target: Target) -> None:
         if renderer.own_shares.is_on:
             raise InputError("pixels of this checkpoint have different numbers of samples: go on without a cluster")
-        if (
-            renderer.adaptive and renderer.sampler.doubles
-        ):  # pixels double at different times: no error could be estimated
+        if renderer.adaptive and renderer.sampler.doubles:  # pixels double at different times: the error is unknown
             raise InputError(f"--adaptive with --sampler {renderer.sampler.name} on a cluster: leave --sampler out")
         from distributed import as_completed
 

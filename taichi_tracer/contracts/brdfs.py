@@ -75,7 +75,7 @@ class Bench:
 
     @cached_property
     def values(self):
-        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i where it is taken for a sample; of which, w_o, n, w_i."""
+        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i as if it were a sample; of which, w_o, n, w_i."""
         brdf, library = self.brdf, self.library
 
         @ti.func
@@ -91,10 +91,10 @@ class Bench:
         for which, material in enumerate(self.materials):
             for n in NORMALS:
                 for cosine in COSINES:
-                    yield which, viewer(n, cosine), n, f"{self.brdf.name}: {told(material)}, n = {n}, n·w_o = {cosine}"
+                    yield which, viewer(n, cosine), n, f"{self.brdf.name}: {shown(material)}, n = {n}, n·w_o = {cosine}"
 
 
-def told(material):
+def shown(material):
     """The numbers of a material that differ from the usual ones."""
     usual = Material()
     names = ("Kd", "Ks", "Ns", "alpha_x", "alpha_y", "F0", "extra")
@@ -214,8 +214,8 @@ def check_reciprocity(brdf):
         there, back = bench.values(which, w_o, n, w_i)[0], bench.values(which, w_i, n, np.tile(w_o, (len(w_i), 1)))[0]
         difference = np.abs(there - back) / (np.maximum(there, back) + 1e-2 * there.max() + 1e-12)
         k = int(np.argmax(difference.max(axis=1)))
-        told = f"{what}, {at(n, 'w_i', w_i[k])}: f_r is not reciprocal: off by {difference.max():.1e}"
-        assert difference.max() < 5 * VALUE_TOLERANCE, told
+        message = f"{what}, {at(n, 'w_i', w_i[k])}: f_r is not reciprocal: off by {difference.max():.1e}"
+        assert difference.max() < 5 * VALUE_TOLERANCE, message
 
 
 def check_delta(brdf):

@@ -41,7 +41,7 @@ def lobes(brdf: Any) -> Drawings:
         axes.tick_params(colors=INK, labelsize=FONT - 3)
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.legend(fontsize=FONT - 3, loc="upper center", bbox_to_anchor=(0.5, 0.12), frameon=False, labelcolor=INK)
-        yield figure, f"lobe {which}: {brdfs.told(material) or 'the usual material'}"
+        yield figure, f"lobe {which}: {brdfs.shown(material) or 'the usual material'}"
 
 
 def points(sampler: Any) -> Drawings:

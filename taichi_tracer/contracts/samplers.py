@@ -110,7 +110,7 @@ def check_dimensions_are_independent(sampler):
     boxes = (is_in.T @ is_in).reshape(count, BINS, count, BINS)[first, :, second].astype(np.float64)
     expected = len(columns) / BINS**2
     p = chi_square_sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
-    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
+    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _message(
         sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels"
     )
 
@@ -122,12 +122,12 @@ def check_dimensions_are_independent(sampler):
     r = np.array(r)
     t = r.mean(axis=0) / np.maximum(r.std(axis=0, ddof=1), 1e-6) * np.sqrt(len(pixels))
     p = 2 * student_sf(np.abs(t), len(pixels) - 1)
-    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
+    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _message(
         sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel"
     )
 
 
-def _told(sampler, first, second, k, what):
+def _message(sampler, first, second, k, what):
     a, b = (f"number {i % 2} of dimension {i // 2}" for i in (first[k], second[k]))
     return f"{sampler.name}: {a} and {b} depend on each other: {what}"
 
@@ -197,8 +197,8 @@ def check_net(sampler):
             for bits in (2, 5, 8):
                 for k in range(bits + 1):
                     cells = np.floor(points[: 1 << bits] * [1 << k, 1 << bits - k]).astype(int)
-                    taken = np.sort(cells[..., 0] * (1 << bits - k) + cells[..., 1], axis=0)
-                    missed = (taken != np.arange(1 << bits)[:, None]).any(axis=0)
+                    boxes = np.sort(cells[..., 0] * (1 << bits - k) + cells[..., 1], axis=0)
+                    missed = (boxes != np.arange(1 << bits)[:, None]).any(axis=0)
                     assert not missed.any(), (
                         f"{sampler.name}: the first {1 << bits} samples of pixel ({x}, {y}) are no net in dimension "
                         f"{missed.argmax()}, boxes of 1/{1 << k} by 1/{1 << bits - k}"

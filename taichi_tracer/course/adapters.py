@@ -46,10 +46,10 @@ def adapters_of(classes: dict[str, type]) -> dict[str, type]:
     made: dict[str, type] = {}
     for name, base in (("Camera", tt.Camera), ("Environment", tt.Environment), ("UniformSampler", tt.UniformSampler)):
         if name in classes:
-            made[name] = taken(classes[name], base, name)
+            made[name] = adapted(classes[name], base, name)
     for name, base in (("BRDF", tt.BRDF), ("MicrofacetBRDF", tt.MicrofacetBRDF)):
         if name in classes:
-            made[name] = taken(classes[name], base, name, fitted)
+            made[name] = adapted(classes[name], base, name, fitted)
     intersector = classes.get("BruteForceRayIntersector", classes.get("RayIntersector"))
     if intersector is not None:
         made["RayIntersector"] = intersector_of(intersector)
@@ -82,8 +82,8 @@ def other_arguments(student: type, base: type, name: str) -> dict[str, OwnCodeEr
             try:
                 check_parameters(f"{student.__name__}.{method}", members[method], shipped)
             except OwnCodeError as error:
-                told = f"{student.__name__}.{method} cannot be called as the handout calls it: {error.text}"
-                found[method] = fault(members[method], told)
+                message = f"{student.__name__}.{method} cannot be called as the handout calls it: {error.text}"
+                found[method] = fault(members[method], message)
     return found
 
 
@@ -106,7 +106,7 @@ def finished(student: type, base: type, method: str, of_adapter: Any) -> Any:
     return of_adapter
 
 
-def taken(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
+def adapted(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
     """A class of the package's kind with the student's methods.
 
     Args:
@@ -123,7 +123,7 @@ def taken(student: type, base: type, name: str, fit: Callable | None = None, met
     if name in CONSTRUCTED and (own := names_read(student) - set(members) - set(dir(base))):
         members["__init__"] = with_attributes(base.__init__, student, own, CONSTRUCTED[name])  # type: ignore[misc]
     made = type(name, (base,), members | {"other_arguments": others})
-    return with_some(made, name, lambda some: taken(student, base, name, fit, some))
+    return with_some(made, name, lambda some: adapted(student, base, name, fit, some))
 
 
 # What the constructor of a student's class gets, from the package's object.

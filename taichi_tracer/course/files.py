@@ -120,7 +120,7 @@ def find_folder(folder: str | Path) -> Path:
 
 
 def load(folder: str | Path, names: Sequence[str] = STUDENTS) -> CourseFiles:
-    """The classes that a student's files define. A file that cannot be run is told in ``errors``.
+    """The classes that a student's files define. ``errors`` has the files that cannot be run.
 
     Args:
         names: of the files, without ``.py``.

@@ -182,8 +182,8 @@ def line(a: tuple[float, float], b: tuple[float, float], colour: str) -> str:
     (x0, y0), (x1, y1) = a, b
     length = max(np.hypot(x1 - x0, y1 - y0), 1e-9)
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
-    wings = " ".join(f"{x1 - 8 * ux - s * 4 * uy:.1f},{y1 - 8 * uy + s * 4 * ux:.1f}" for s in (1, -1))
-    head = f"<polygon points='{x1:.1f},{y1:.1f} {wings}' fill='{colour}'/>" if length > 12 else ""
+    barbs = " ".join(f"{x1 - 8 * ux - s * 4 * uy:.1f},{y1 - 8 * uy + s * 4 * ux:.1f}" for s in (1, -1))
+    head = f"<polygon points='{x1:.1f},{y1:.1f} {barbs}' fill='{colour}'/>" if length > 12 else ""
     shaft = f"<line x1='{x0:.1f}' y1='{y0:.1f}' x2='{x1:.1f}' y2='{y1:.1f}' stroke='{colour}' stroke-width='2'/>"
     return shaft + head
 

@@ -1,4 +1,4 @@
-"""What is told of a pixel: a tree of steps with their numbers, as text, as JSON and in notebooks."""
+"""The explanation of a pixel: a tree of steps with their numbers, as text, as JSON and in notebooks."""
 
 import html
 import json
@@ -206,7 +206,7 @@ def lines_of(steps: list[Step], depth: int) -> list[str]:
 
 
 def grouped(steps: list[Step]) -> list[Step]:
-    """The steps without the last of many that are alike, whose number is told instead."""
+    """The steps without the last of many that are alike, whose number stands instead."""
     shown: list[Step] = []
     run = 0
     for i, step in enumerate(steps):

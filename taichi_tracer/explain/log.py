@@ -18,7 +18,7 @@ from taichi_tracer.system.compile_time import compile_time
 
 MOST_KINDS = 64  # of steps that are limited; a picture has about ten of them
 CAPACITY = 1 << 18  # numbers; a path of 64 bounces needs less
-MOST_OF_A_KIND = 400  # entries of a kind that is limited: more of them tell nothing new
+MOST_OF_A_KIND = 400  # entries of a kind that is limited: more of them say nothing new
 
 
 @dataclass(frozen=True)

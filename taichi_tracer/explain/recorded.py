@@ -1,4 +1,4 @@
-"""What an explanation notes of a picture's parts: observers that tell a log what methods got and gave.
+"""What an explanation notes of a picture's parts: observers that write to a log what methods got and returned.
 
 The observed methods are those of the package, or those that a student wrote in their place. Therefore the numbers in
 the log are those of the picture.

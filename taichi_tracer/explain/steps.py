@@ -12,7 +12,7 @@ DIGITS, SHORT = 7, 4  # of a number in the text, and in a product; the JSON has 
 TRIED = ("a triangle is tried", "a sphere is tried")
 WORDS = {"is_met", "is_hit", "is_backfacing", "is_blocked", "is_inside", "is_delta"}  # numbers that are yes or no
 WHOLE = {"triangle_id", "material_id", "sphere_id", "node", "brdf", "boxes_met", "depth"}
-OF_DIRECTION = ("f_r", "the BRDF's density", "the lights' density")  # which several ask for; each is told once
+OF_DIRECTION = ("f_r", "the BRDF's density", "the lights' density")  # which several methods ask for; each is shown once
 
 
 @dataclass
@@ -55,17 +55,17 @@ class Step:
 def steps_of(noted: list[tuple[Entry, dict[str, Any]]]) -> list[Step]:
     """The tree of what was noted."""
     root = Step("")
-    open_steps, told = [root], set()
+    open_steps, noted_before = [root], set()
     for entry, values in noted:
         if values.get("counts") == 1 or values.get("survival") == 1:
             continue  # nothing happens
         if entry.name == "surface":
-            told.clear()
+            noted_before.clear()
         if entry.name in OF_DIRECTION:
             key = entry.name, *(np.asarray(value).tobytes() for value in values.values())
-            if key in told:
+            if key in noted_before:
                 continue
-            told.add(key)
+            noted_before.add(key)
         if entry.mark == "end":
             if values.get("is_hit") == 0:
                 values = {"is_hit": 0.0}  # the other members of a miss say nothing
@@ -137,7 +137,7 @@ def number(value: Any, digits: int = DIGITS) -> str:
 
 
 def short_text(value: Any) -> str:
-    """A number, or three, with ``SHORT`` digits; three that are alike are told as one."""
+    """A number, or three, with ``SHORT`` digits; three that are equal are shown as one."""
     numbers = [number(one, SHORT) for one in np.atleast_1d(value)]
     return numbers[0] if len(set(numbers)) == 1 else f"({', '.join(numbers)})"
 

@@ -2,7 +2,7 @@
 
     value = L_e + Σ throughput · weight · (f_r cos θ / pdf) · L
 
-The factors are numbers that were noted while the sample ran. What they do not come to is told as a remainder.
+The factors are numbers that were noted while the sample ran. The difference to the value is shown as a remainder.
 """
 
 from collections.abc import Callable, Iterator

@@ -41,8 +41,8 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
     raw = read_bytes(path)
     if not raw.startswith(MAGIC):
         raise InputError(f"{path}: this is no checkpoint of taichi_tracer")
-    told, content = raw[len(MAGIC) :][:HASH_LENGTH], raw[len(MAGIC) + HASH_LENGTH + 1 :]
-    if hashlib.sha256(content).hexdigest().encode() != told:
+    stored_hash, content = raw[len(MAGIC) :][:HASH_LENGTH], raw[len(MAGIC) + HASH_LENGTH + 1 :]
+    if hashlib.sha256(content).hexdigest().encode() != stored_hash:
         raise InputError(f"{path}: the checkpoint is cut short or damaged: it does not hold what was written")
     facts, arrays = content.split(b"\n", 1)
     with np.load(io.BytesIO(arrays), allow_pickle=False) as archive:

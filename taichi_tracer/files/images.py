@@ -29,7 +29,7 @@ MAX_PIXELS = 1 << 27
 MAX_JPEG_SIDE = 65_500  # the limit of libjpeg
 JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
 LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
-# The keyword of a PNG's text, and the beginning of a JPEG's comment, that tell how the values were changed.
+# The keyword of a PNG's text, and the beginning of a JPEG's comment, that say how the values were changed.
 DISPLAY_KEY = "Display"
 LONGEST_REASON = 200  # characters of a library's own message that are shown
 
@@ -172,12 +172,12 @@ def save_image(
     Args:
         path: .png .jpg .jpeg .ppm (8 bits), or .exr .hdr .pfm .npy (floating point, always linear).
         image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, and a fourth channel is ignored. In whole
-            numbers without sign, as other programs have them, the largest one stands for 1: 255 of 8 bits.
+            numbers without sign, as other programs have them, the largest one means 1: 255 of 8 bits.
         srgb: whether to apply the sRGB transfer function in 8-bit formats: True for radiance, False for data such as
             normals. With None, a ``Picture``, which ``renderer.image()`` returns, knows which it is, and the values of
             any other array are written unchanged.
         exposure, tone: as for ``Display``, for radiance in 8-bit formats. The text of a PNG, and the comment of a JPEG
-            or PPM, tell both. Floating-point formats always get the linear values of ``image``.
+            or PPM, have both. Floating-point formats always get the linear values of ``image``.
         channels: name → (h, w) array of each other channel of an EXR file, such as {"Z": depth}. Their values are
             stored as float32, unchanged.
 
@@ -194,8 +194,8 @@ def save_image(
     extension = path.suffix.lower()
     if extension not in KEEP_NAN and np.isnan(rgb).any():
         count, others = int(np.isnan(rgb).any(axis=2).sum()), ", ".join(KEEP_NAN)
-        told = f"{count} of {rgb.shape[0] * rgb.shape[1]} pixels are NaN and written as 0, for {extension} has no NaN"
-        warnings.warn(f"{path}: {told}: {others} have", stacklevel=2)
+        what = f"{count} of {rgb.shape[0] * rgb.shape[1]} pixels are NaN and written as 0, for {extension} has no NaN"
+        warnings.warn(f"{path}: {what}: {others} have", stacklevel=2)
     try:
         if channels:
             rgb = np.dstack([rgb, *(_as_channel(name, array, rgb) for name, array in channels.items())])
@@ -281,7 +281,7 @@ def read_opacity(path: str | Path) -> np.ndarray:
     return colours.mean(axis=2)
 
 
-def told_display(path: str | Path) -> str | None:
+def display_in(path: str | Path) -> str | None:
     """How the values of a PNG or JPEG were changed, as ``save_image`` wrote it into the file; None if they were not."""
     from PIL import Image
 

@@ -87,9 +87,9 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
             ignored.append(option)
     names = [name.replace("\\", "/") for name in names_in(rest)]
     file = next((name for name in names if os.path.isfile(mtl.parent / name)), names[0])
-    told = [] if notes is None else notes
+    messages = [] if notes is None else notes
     if ignored:
-        told.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
+        messages.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
     key = file, wrap, is_opacity
     if key not in images:
         try:
@@ -100,7 +100,7 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
             pixels = opacity(mtl.parent / file) if is_opacity else np.asarray(read_image(mtl.parent / file, srgb=True))
             images[key] = Texture(pixels, (wrap, wrap), file)
         except (InputError, MissingFileError, OSError) as error:
-            told.append(f"{where}: the texture is not used: {error}")
+            messages.append(f"{where}: the texture is not used: {error}")
             images[key] = None
     return images[key]
 

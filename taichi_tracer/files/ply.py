@@ -126,8 +126,8 @@ def one_by_one(element: Element, kinds: dict, body: bytes, at: int, count: int) 
                     found[name].append(np.zeros(0, kind))
     except (ValueError, OverflowError):
         rows = min(len(of) for of in found.values())
-        told = f"it announces {element.count} rows of {element.name} and has {rows}"
-        raise InputError(f"the file is cut short: {told}") from None
+        problem = f"it announces {element.count} rows of {element.name} and has {rows}"
+        raise InputError(f"the file is cut short: {problem}") from None
     return found, at
 
 

@@ -122,7 +122,7 @@ class KeywordLines:
 
 
 class Lines:
-    """The lines of a text, which can be taken by their first word."""
+    """The lines of a text, which can be selected by their first word."""
 
     def __init__(self, text: bytes) -> None:
         self.text = bytearray(text)
@@ -159,7 +159,7 @@ def shapes(text: bytes, classes: bytes) -> tuple[list[bytes], np.ndarray]:
 
     Args:
         text: lines, each with ``\\n`` at its end.
-        classes: for each of the 256 bytes, the character that stands for its class.
+        classes: for each of the 256 bytes, the character of its class.
 
     Returns:
         The distinct shapes, and (n,) the index of the shape of each line.

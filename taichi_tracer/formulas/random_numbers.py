@@ -20,7 +20,7 @@ class RandomNumbers:
 
     Attributes:
         x, y: the pixel. index: the index of the sample.
-        dimension: how many dimensions were taken so far.
+        dimension: how many dimensions were used so far.
         terms: how many pairs of ``next_2d_of_term`` share a dimension with another pair.
     """
 
@@ -76,7 +76,7 @@ class RandomNumbers:
 
     @ti.func
     def skip_2d(self):
-        """Skip the pair of the next dimension, because other code has taken it already."""
+        """Skip the pair of the next dimension, because other code has used it already."""
         self.dimension += 1
 
 

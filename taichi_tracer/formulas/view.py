@@ -35,7 +35,7 @@ class CameraView:
         fov: vertical field of view in degrees; None if there is a window, or if rays are parallel.
         handedness: "left" as in the courses, or "right" (C-5).
         screen_window: (4,) float64, l r b t of the image plane at the focal distance; None if it was not given.
-        frame_aspect: width / height of a window that was not given; None stands for that of the picture (RT-4).
+        frame_aspect: width / height of a window that was not given; None is that of the picture (RT-4).
         focal_distance: the distance from the eye to the window, along the gaze (RT-5).
     """
 
@@ -129,8 +129,8 @@ def check_angle(fov: float | None, screen_window: Numbers | None = None, largest
         ends = "both excluded" if largest <= 180.0 else "0 excluded"
         raise InputError(f"camera: fov must be between 0 and {largest:g} degrees ({ends}), not {fov:g}")
     if screen_window is not None:
-        told = show(np.asarray(screen_window, float))
-        warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {told}", stacklevel=5)
+        window = show(np.asarray(screen_window, float))
+        warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {window}", stacklevel=5)
         return None
     return fov
 
@@ -165,8 +165,8 @@ def distance_of(values: dict[str, Any]) -> float:
 def words_of(values: dict[str, Any], usual: dict[str, Any]) -> list[str]:
     """Values of a view as Python would write them as arguments, with at most six digits; without what is usual."""
     order = [name for name in (*PLACE, "fov") if name in values]
-    told = [name for name in dict.fromkeys([*order, *values]) if name not in usual or values[name] != usual[name]]
-    return [f"{name}={word(values[name])}" for name in told]
+    names = [name for name in dict.fromkeys([*order, *values]) if name not in usual or values[name] != usual[name]]
+    return [f"{name}={word(values[name])}" for name in names]
 
 
 def word(value: Any) -> str:

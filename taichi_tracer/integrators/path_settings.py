@@ -163,17 +163,17 @@ def check_bounces(bounces) -> None:
 
 def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
     """Raise an InputError unless the terms can be added up: no bounce twice, and none that no path makes."""
-    taken: dict[int, str] = {}
+    owners: dict[int, str] = {}
     for first, last in terms:
         name = name_of_bounces((first, last))
         if first > max_bounces:
             raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")
         for bounce in range(first, (max_bounces if last is None else last) + 1):
-            if bounce in taken:
-                both = f"{taken[bounce]} and {name}"
+            if bounce in owners:
+                both = f"{owners[bounce]} and {name}"
                 light = in_words((bounce, bounce))
                 raise InputError(f"bounces {both} both count the light after {light}: name each number once")
-            taken[bounce] = name
+            owners[bounce] = name
 
 
 def in_words(bounces: Bounces) -> str:

@@ -107,7 +107,7 @@ class LeafBlocks:
     """The vertices and the numbers of the primitives, by place.
 
     Args:
-        fields: where the memory is taken from.
+        fields: has the memory.
         places: how many places there are.
         solve: the triangle test. If it has no form for blocks, all triangles of a block are tried.
         is_mixed: whether there are spheres among the triangles; then all primitives of a block are tried, too.

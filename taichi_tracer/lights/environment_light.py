@@ -1,7 +1,7 @@
 """An environment as a light: directions are drawn in proportion to the brightness of its texels.
 
 The density is piecewise constant. First a row of texels is chosen in proportion to its light, then a texel in this row.
-Both are found in a cumulative distribution: in [F_i, F_i+1), ξ stands for the texel i (Pharr, Jakob & Humphreys, PBR,
+Both are found in a cumulative distribution: in [F_i, F_i+1), ξ selects the texel i (Pharr, Jakob & Humphreys, PBR,
 4th edition, section A.4). A *guide table* says for each of n equal parts of [0, 1) where the search begins, so that it
 takes one or two steps on average, however large the image is (Chen & Asau, "On generating random variates from an
 empirical distribution", AIIE Transactions 6, 1974).

@@ -14,11 +14,11 @@ class GivenLight(Light):
     """A light that is described by a few numbers; other numbers compile nothing."""
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{name}={value!r}" for name, value in vars(self).items() if not name.startswith("_"))
-        return f"tt.{type(self).__name__}({told})"
+        arguments = ", ".join(f"{name}={value!r}" for name, value in vars(self).items() if not name.startswith("_"))
+        return f"tt.{type(self).__name__}({arguments})"
 
     def _three(self, what: str, given: float | Numbers, least: float = -np.inf) -> Any:
-        """Three finite numbers of at least ``least``; a single number stands for three equal ones."""
+        """Three finite numbers of at least ``least``; a single number means three equal ones."""
         try:
             values = np.asarray(given, np.float64)
             values = np.broadcast_to(values, 3)

@@ -15,7 +15,7 @@ from taichi_tracer.materials import Material
 # The relative deviation from a similarity that a transform may have, because its numbers are rounded.
 UNIFORM = 1e-9
 GROUND = Material("the ground of --ground", Kd=(0.6, 0.6, 0.6))  # of ``instances.on_ground``
-POINTS, MOST_MEASURED = 30_000, 200_000  # of ``surface_of``, and triangles; of more, every second or third is taken
+POINTS, MOST_MEASURED = 30_000, 200_000  # of ``surface_of``, and triangles; of more, every second or third is used
 COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])  # steps of a sequence that fills a square evenly
 

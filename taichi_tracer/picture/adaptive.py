@@ -85,9 +85,9 @@ class Shares:
         if ti.static(self.are_kept):
             # index · share / WHOLE, rounded down; the product of two halves has no more than 32 bits.
             share, high, low = self.share[x, y], index >> SHARE_BITS, index & (WHOLE - 1)
-            taken = low * share
-            is_taken = (taken & (WHOLE - 1)) + share >= WHOLE
-            index = self.begin + high * share + (taken >> SHARE_BITS)
+            product = low * share
+            is_taken = (product & (WHOLE - 1)) + share >= WHOLE
+            index = self.begin + high * share + (product >> SHARE_BITS)
         return index, is_taken
 
 
@@ -127,9 +127,9 @@ class OwnShares:
 
     def receipt(self) -> list[str]:
         """One line, if the picture has such shares."""
-        told = "more samples where noise is larger, as its first ones showed"
-        told += f": {self.gain:.1f} times fewer are predicted" if self.gain > 1 else ""
-        return [f"{'pixels':<15} {told}"] if self.is_on else []
+        text = "more samples where noise is larger, as its first ones showed"
+        text += f": {self.gain:.1f} times fewer are predicted" if self.gain > 1 else ""
+        return [f"{'pixels':<15} {text}"] if self.is_on else []
 
 
 def adapt(renderer):
@@ -175,7 +175,7 @@ def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
     """How many times fewer samples a picture needs to the same error if its pixels have shares.
 
     With the shares s of the groups and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
-    uneven. Therefore one half of the pixels of each group chooses the shares, and the other half tells v. Groups
+    uneven. Therefore one half of the pixels of each group chooses the shares, and the other half estimates v. Groups
     without noise are left out: where eye rays hit nothing, samples cost so little that leaving them out gains nothing.
 
     Args:
@@ -189,8 +189,8 @@ def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
     if not is_noisy.any():
         return 0.0
     gains = []
-    for chooses, tells in (halves, halves[::-1]):
-        s, v = shares_in(chooses, least)[is_noisy], tells[is_noisy]
+    for chooses, estimates in (halves, halves[::-1]):
+        s, v = shares_in(chooses, least)[is_noisy], estimates[is_noisy]
         gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
     return min(gains)
 

@@ -2,7 +2,7 @@
 
 Open Image Denoise (the extra ``denoise``) guesses the picture f(I) from the noisy one I, with the albedo and the
 normals of what the pixels show as guides. A clamp cuts what is much brighter than all around. Both take noise away and
-add bias. No estimate of the noise tells of this bias. But the samples of a picture have two independent halves with the
+add bias. No estimate of the noise shows this bias. But the samples of a picture have two independent halves with the
 means A and B. f(A) knows nothing of B, and B has no bias, so that
 
     E (f(A) − B)² = e² + V,
@@ -100,11 +100,11 @@ def changed(renderer: Any, change: Callable[[np.ndarray], np.ndarray], how: str)
     doubt = STANDARD_ERRORS * float(squares.mean(axis=2).std()) / math.sqrt(squares[..., 0].size)
     bias2 = e2 - float(np.square(of_a - of_b).mean()) / 2
 
-    def told(square: float) -> float:
+    def rmse(square: float) -> float:
         return math.sqrt(max(square, 0.0)) / mean if mean > 0 else math.nan
 
     image = Picture(change(np.asarray(renderer.image())), renderer.srgb)
-    return Changed(image, how, told(e2), told(e2 + doubt), told(min(bias2, e2)), told(float(variance.mean()) / 2))
+    return Changed(image, how, rmse(e2), rmse(e2 + doubt), rmse(min(bias2, e2)), rmse(float(variance.mean()) / 2))
 
 
 def without_fireflies(image: np.ndarray, factor: float) -> np.ndarray:

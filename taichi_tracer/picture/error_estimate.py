@@ -48,7 +48,7 @@ error of m is at most s = √(Σ v / 3) / N, with the larger v of the upper end.
 m (1 − 2δ) and m (1 + 2δ). Therefore the lower end is divided by 1 + 2δ, and the upper one by 1 − 2δ. If δ is ½ or more,
 the error is unknown: then m may be all noise.
 
-**What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
+**What no sample met.** Samples cannot show a small sun that no sample has met, nor what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
 the second by samples of the other technique; ``rarely_met`` knows lamps that are hard to find. The upper end of the
 interval is √((e F)² + unseen²), before it is divided.
@@ -135,10 +135,10 @@ class RelativeError(float):
     def __str__(self) -> str:
         if not math.isfinite(self):
             return "unknown"
-        told = f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
+        text = f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
         if self.unseen > TELLS_UNSEEN * self.high:
-            told += f"; light that no sample met may add {percent(self.unseen)}"
-        return told
+            text += f"; light that no sample met may add {percent(self.unseen)}"
+        return text
 
 
 def percent(fraction: float) -> str:

@@ -57,9 +57,9 @@ class Film:
     Args:
         width, height: size in pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
-            None stands for all pixels.
+            None is all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
-        doubles: whether all samples are one sequence, whose error is told by its change when their number doubles.
+        doubles: whether all samples are one sequence, whose error is its change when their number doubles.
         keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
         averages: whether pixels take samples; if not, all values come from ``put``, and there are no sums.
 
@@ -327,7 +327,7 @@ class Film:
 
         Returns:
             (m − μ)/n for the largest m of n samples with mean μ, of which each is a mean of red, green and blue:
-            (height, width) float64, top row first; None if all samples are independent, because their spread tells it.
+            (height, width) float64, top row first; None if all samples are independent, because their spread shows it.
         """
         if self.halves == 1:
             return None

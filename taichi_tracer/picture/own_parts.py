@@ -48,7 +48,7 @@ def note_rays(camera: Any) -> None:
     wrong = ~np.isfinite(np.hstack([origins, directions])).all(axis=1) | (directions == 0).all(axis=1)
     if wrong.mean() > MOST_RAYS:
         k = int(wrong.argmax())
-        ray = f"the origin {told(origins[k])} and the direction {told(directions[k])}"
+        ray = f"the origin {vector_text(origins[k])} and the direction {vector_text(directions[k])}"
         text = f"{type(camera).__name__}.generate_ray: the ray of pixel ({x[k]}, {y[k]}) has {ray}, and hits nothing"
         warnings.warn(text, stacklevel=4)
 
@@ -59,10 +59,10 @@ def note_samples(renderer: Any) -> None:
     if count > MOST_SAMPLES * of:
         x, y, _ = renderer.film.non_finite_samples()[0]
         part = renderer.active.name
-        told = f"{count:,} of {of:,} samples are NaN or infinite, and are not added; the first at pixel ({x}, {y})"
-        warnings.warn(f"{part}: {told}", NotFiniteWarning, stacklevel=4)
+        message = f"{count:,} of {of:,} samples are NaN or infinite, and are not added; the first at pixel ({x}, {y})"
+        warnings.warn(f"{part}: {message}", NotFiniteWarning, stacklevel=4)
 
 
-def told(vector: np.ndarray) -> str:
+def vector_text(vector: np.ndarray) -> str:
     """Three numbers in a message."""
     return f"({', '.join(f'{number:g}' for number in vector)})"

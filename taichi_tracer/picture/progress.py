@@ -31,7 +31,7 @@ CAUTION = 0.8
 MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from the noise of the estimates
 RECENT = 16  # the number of passes over which the time of a sample is measured
 MOST_SAMPLES = 2**32 - 1  # of a pixel: their indices have 32 bits
-AT_ONCE = 0.1  # seconds of passes that are taken with one launch of a kernel, at most
+AT_ONCE = 0.1  # seconds of passes in one launch of a kernel, at most
 
 
 def is_number(value: object) -> bool:
@@ -127,7 +127,7 @@ class Progress:
             on_kernels: seconds in which they were read, and translated or loaded, as far as this is known.
             passes: how many passes these were.
         """
-        for _ in range(passes):  # rounded in every pass, so that it does not matter how many are taken at once
+        for _ in range(passes):  # rounded in every pass, so that it does not matter how many are rendered at once
             self.samples += samples
         self._on_kernels += on_kernels
         if compiles:

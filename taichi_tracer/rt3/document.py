@@ -30,7 +30,7 @@ from taichi_tracer.system.registry import PARTS
 
 MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
 MOST_NOTES = 200  # further notes are left out
-STRETCH_TOLD = 1e-3  # relative; nobody sees whether a circle is stretched by less
+LEAST_STRETCH = 1e-3  # relative; nobody sees whether a circle is stretched by less
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
 INTEGRATORS |= {"depth": "depth_map", "direct": "direct", "direct_illumination": "direct"}
@@ -235,8 +235,8 @@ class _Reader:
             if fovy is not None and not 0 < fovy < 180:
                 raise element.wrong(name, "between 0 and 180 degrees (both excluded)")
             if fovy is not None and window is not None:
-                told = element.attributes["screen_window"]
-                self.note(f"{element.where}: fovy {fovy:g} does not count beside screen_window {told!r} (C-9)")
+                text = element.attributes["screen_window"]
+                self.note(f"{element.where}: fovy {fovy:g} does not count beside screen_window {text!r} (C-9)")
             elif fovy is not None:
                 view["fov"] = fovy
         for key, names in (("frame_aspect", ("frame_aspect", "frame_aspectratio")), ("focal_distance",) * 2):
@@ -371,7 +371,7 @@ class _Reader:
             stretch = check_view(self.film.width, self.film.height, **view)
         except InputError as error:
             raise InputError(f"{where}: <camera> {str(error).removeprefix('camera: ')}") from None
-        if abs(math.log(stretch)) > STRETCH_TOLD:
+        if abs(math.log(stretch)) > LEAST_STRETCH:
             percent = 100 * (max(stretch, 1 / stretch) - 1)
             way = "in width" if stretch > 1 else "in height"
             self.note(

@@ -73,8 +73,8 @@ class Element:
         name = self.find(*names)
         if name is None:
             near = difflib.get_close_matches(names[0], self.attributes, n=1)
-            told = f" ({near[0]!r} is not known)" if near else ""
-            raise self.error(f"needs the attribute {names[0]}{told}")
+            hint = f" ({near[0]!r} is not known)" if near else ""
+            raise self.error(f"needs the attribute {names[0]}{hint}")
         return name
 
     def numbers(self, *names: str, count: int | tuple[int, ...] = 3, default=None) -> np.ndarray | None:
@@ -84,8 +84,8 @@ class Element:
             return default
         counts = (count,) if isinstance(count, int) else count
         words = self.attributes[name].split(maxsplit=max(counts))
-        told = " or ".join(str(c) for c in counts)
-        expected = f"{told} finite numbers" if counts != (1,) else "a finite number"
+        allowed = " or ".join(str(c) for c in counts)
+        expected = f"{allowed} finite numbers" if counts != (1,) else "a finite number"
         if len(words) not in counts:
             raise self.wrong(name, expected)
         try:
@@ -238,9 +238,9 @@ class Elements:
         size = path.stat().st_size if path.is_file() else 0
         self.bytes += size
         if self.bytes > MOST_BYTES:
-            told = "the document is" if not self.open else "with what it includes the document is"
+            subject = "the document is" if not self.open else "with what it includes the document is"
             raise InputError(
-                f"{prefix}{path}: {told} larger than {MOST_BYTES >> 20} MB: "
+                f"{prefix}{path}: {subject} larger than {MOST_BYTES >> 20} MB: "
                 "put meshes into files of their own (.obj .ply) and name them by filename"
             )
         content = read_bytes(path)

@@ -58,8 +58,8 @@ def as_rt3(document: Document, path: Path) -> str:
 
 def tag(name: str, /, **attributes) -> str:
     """An empty element. Numbers and lists of numbers have all their digits; attributes that are None are left out."""
-    told = "".join(f" {key}={quoteattr(_text(value))}" for key, value in attributes.items() if value is not None)
-    return f"<{name}{told}/>"
+    text = "".join(f" {key}={quoteattr(_text(value))}" for key, value in attributes.items() if value is not None)
+    return f"<{name}{text}/>"
 
 
 def _text(value) -> str:

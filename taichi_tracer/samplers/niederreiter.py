@@ -23,7 +23,7 @@ class NiederreiterSampler(PointSampler):
     the sequence in another order, and every number is scrambled by itself (Burley 2020). ``formulas.finite_fields`` has
     the sequence and its sources.
 
-    All samples of a pixel are one sequence. The change of its mean when the number of samples doubles tells the error,
+    All samples of a pixel are one sequence. The change of its mean when the number of samples doubles shows the error,
     see ``error_estimate``. Every pair of dimensions is a (0, m, 2)-net in base 2.
     """
 

@@ -228,8 +228,8 @@ def draw(study: Study, shape: str = "broad"):
         _, seconds, error, least, most = levels.T
         axes.fill_between(seconds, 100 * least, 100 * most, color=colour, alpha=0.15, linewidth=0)
         axes.plot(seconds, 100 * error, "o-", color=colour, linewidth=2, markersize=5)
-        told = error_in_words(curve, study).replace(" ", "\u00a0")
-        ends.append((seconds[-1], 100 * error[-1], f"{curve.label}: {told}", colour))
+        label = error_in_words(curve, study).replace(" ", "\u00a0")
+        ends.append((seconds[-1], 100 * error[-1], f"{curve.label}: {label}", colour))
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     y0 = min(y0, 90 * TARGETS[-1])
     for target in TARGETS:

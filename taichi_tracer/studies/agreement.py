@@ -7,7 +7,7 @@ noise of both, at least one of the two is biased. The pictures are compared in b
     z = (m − m_r) / √(v + v_r)
 
 with the variances v of the means m of a block. Where few samples found most of the light of a block, its z is not
-normal. So a single block decides nothing: the sum of all z, each limited to ±3, tells a bias: see ``bias.shift_of``.
+normal. So a single block decides nothing: the sum of all z, each limited to ±3, shows a bias: see ``bias.shift_of``.
 If nothing is biased, it is above ``most`` for some estimator in one of a hundred checks (Bonferroni: the probability is
 divided among the estimators).
 """
@@ -37,7 +37,7 @@ class Compared:
         name: of the estimator. samples: of each of its pictures, per pixel.
         shift, error: how the mean of the picture differs, as a fraction of the reference's, and its standard error.
         z: of the whole picture. most: the largest |z| that is no alarm.
-        blocks: (rows, columns) z of the blocks, with the top row first; 0 where nothing can be told.
+        blocks: (rows, columns) z of the blocks, with the top row first; 0 where nothing can be said.
         unseen: what light that no sample met may add, as a fraction of the mean.
     """
 
@@ -135,9 +135,9 @@ def pictures_of(scene: SceneData, name: str, size: tuple[int, int], seconds: flo
         renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name)
         renderer.render(time=seconds) if samples is None else renderer.render(samples)
         samples = renderer.samples
-        told = renderer.error()
-        errors.append(float(told))
-        unseen = max(unseen, getattr(told, "unseen", 0.0))
+        found = renderer.error()
+        errors.append(float(found))
+        unseen = max(unseen, getattr(found, "unseen", 0.0))
         pictures.append((renderer.image().astype(np.float64), np.square(renderer.error_image(), dtype=np.float64)))
     error = math.sqrt(np.square(errors).mean() / SEEDS)
     return Rendered(name, pictures, samples or 0, math.inf if math.isnan(error) else math.hypot(error, unseen), unseen)

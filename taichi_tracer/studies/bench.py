@@ -25,7 +25,7 @@ class Shot(NamedTuple):
 
     Attributes:
         seconds: of the samples that were just added. samples: per pixel, all of this seed.
-        error: what the picture tells of itself. variance: (h, w, 3) of the mean of every pixel.
+        error: the estimate of the picture itself. variance: (h, w, 3) of the mean of every pixel.
     """
 
     seconds: float

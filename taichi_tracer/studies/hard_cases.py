@@ -268,7 +268,7 @@ def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
 
 
 def as_json(result: SuiteResult) -> dict:
-    """The result as strings, lists, dictionaries and finite numbers: None stands for one that is not finite."""
+    """The result as strings, lists, dictionaries and finite numbers: None is one that is not finite."""
     content = {
         "suite": "hardcases",
         "level": result.level,

@@ -7,8 +7,8 @@
    whatever else the machine does meets all variants alike.
 
 The error of a picture is the root of the mean square difference of **all** of its pixels to the reference, as a
-fraction of the reference's mean; the reference's own error is taken off. Errors below twice that of the reference
-cannot be told from it, and are left out.
+fraction of the reference's mean; the reference's own error is subtracted. Errors below twice that of the reference
+cannot be separated from it, and are left out.
 
 An interval is that of Student's t over the logarithms of the rounds: in 95 of 100 studies it has the true value.
 """
@@ -42,7 +42,7 @@ OVERHEAD = 1.2  # times the seconds of rendering: with reading and comparing the
 TRIAL_SHARE = 0.05  # of the budget: what all variants render together to learn how long a sample takes
 SHORTEST = 0.13  # of a round: less is left undone
 HALVINGS = 6  # a picture is compared after 1/2^6 of its time, and whenever that has doubled
-JUDGED = 2.0  # times the error of the reference: smaller errors cannot be told
+JUDGED = 2.0  # times the error of the reference: smaller errors cannot be measured
 REFERENCE_SEED, FIRST_SEED = 1_000_003, 1
 CHUNK = 0.5  # seconds of one call at most
 POLL = 0.1  # seconds between two looks at the clock and at the user
@@ -80,7 +80,7 @@ class Interval(NamedTuple):
 
     @property
     def is_noise(self) -> bool:
-        """Whether a ratio cannot be told from 1."""
+        """Whether a ratio does not differ significantly from 1."""
         return not (self.low > 1 or self.high < 1)
 
 
@@ -98,7 +98,7 @@ def interval(values: Sequence[float]) -> Interval:
 
 
 class Point(NamedTuple):
-    """A picture of one round that was compared: the seconds until then, and its error; NaN where it cannot be told."""
+    """A picture of one round that was compared: the seconds until then, and its error; NaN where it is too small."""
 
     samples: int
     seconds: float
@@ -229,7 +229,7 @@ def crossing(points: Sequence[Point], target: float) -> float:
 
 @dataclass
 class Reference:
-    """A reference: the picture, its relative error as it tells itself, and the variance of its pixels."""
+    """A reference: the picture, its own estimate of its relative error, and the variance of its pixels."""
 
     image: np.ndarray
     error: RelativeError
@@ -243,11 +243,11 @@ class Reference:
 
     @property
     def least_error(self) -> float:
-        """Smaller errors cannot be told from that of the reference."""
+        """Smaller errors cannot be separated from that of the reference."""
         return JUDGED * float(self.error)
 
     def error_of(self, image: np.ndarray) -> float:
-        """The relative RMSE of a picture, beyond that of the reference; NaN where it cannot be told from it."""
+        """The relative RMSE of a picture, beyond that of the reference; NaN where it is too small to measure."""
         measured = relative_rmse(image, self.image)
         return math.sqrt(measured**2 - float(self.error) ** 2) if measured > self.least_error else math.nan
 
@@ -272,7 +272,7 @@ class Study:
 
     Attributes:
         facts: the scene, and the machine. curves: of every variant, the first one first.
-        references: look-up → reference. budget, seconds: of measuring, allowed and taken.
+        references: look-up → reference. budget, seconds: of measuring, allowed and needed.
         start_seconds: until the first process was ready. compiling_seconds: of all variants together.
         notes: what was not compared, and why.
     """
@@ -319,7 +319,7 @@ class Measurement:
         source: the scene. variants: the ways to render it; all others are compared with the first one.
         size: width and height. budget: seconds of measuring. seeds: rounds, at least.
         arch: as for ``runtime.init``. parts: files that register parts of the user.
-        started: when the user pressed the key. tell: told what is done. should_stop: whether the user has had enough.
+        started: when the user pressed the key. tell: called with what is done. should_stop: whether the user ends it.
     """
 
     def __init__(

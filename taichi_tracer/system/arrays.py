@@ -29,7 +29,7 @@ from taichi_tracer.system.runtime import ensure
 ALIGNMENT = 64  # bytes: the largest vector that a CPU reads at once
 MOST_NUMBERS = (1 << 31) - 1  # numbers: kernels count in i32
 LETTERS = "ijkl"
-# Taichi's lists of axes, such as ``ti.ij``, whose elements do not tell which axes they are: id of the list → numbers.
+# Taichi's lists of axes, such as ``ti.ij``, whose elements do not say which axes they are: id of the list → numbers.
 AXES = {
     id(getattr(ti, "".join(letters))): [LETTERS.index(letter) for letter in letters]
     for length in (1, 2, 3)

@@ -44,11 +44,11 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
         remove_old_lock(Path(wanted))
         return Path(wanted), None
     other = Path(tempfile.gettempdir()) / f"taichi_tracer_cache_{user_number()}"
-    told = f"the cache of compiled kernels, {wanted}, cannot be written ({problem})"
+    message = f"the cache of compiled kernels, {wanted}, cannot be written ({problem})"
     if why_not_writable(other) is None and is_of_this_user(other):
         remove_old_lock(other)
-        return other, f"{told}: {other} is used instead"
-    return None, f"{told}: kernels are compiled anew in every run"
+        return other, f"{message}: {other} is used instead"
+    return None, f"{message}: kernels are compiled anew in every run"
 
 
 def remove_old_lock(folder: Path) -> None:

@@ -45,7 +45,7 @@ class Kernel:
 
 
 class Watcher(Protocol):
-    """Who is told when Taichi translates a kernel: meanwhile Python sees no signal, and no other thread runs."""
+    """Is called when Taichi translates a kernel: meanwhile Python sees no signal, and no other thread runs."""
 
     def begins(self, kernel: Kernel) -> None:
         """Taichi is about to translate a kernel, or to load it."""

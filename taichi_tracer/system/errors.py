@@ -48,7 +48,7 @@ class MissingFileError(InputError, FileNotFoundError):
 
 
 class NotFiniteWarning(UserWarning):
-    """Many samples are NaN or infinite. The command line tells of them at the end of a picture."""
+    """Many samples are NaN or infinite. The command line reports them at the end of a picture."""
 
 
 class StaleSceneError(RuntimeError):

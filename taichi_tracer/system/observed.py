@@ -1,4 +1,4 @@
-"""The one way to watch a sample: copies of a picture's parts that do what the parts do, and tell an observer of it.
+"""The one way to watch a sample: copies of a picture's parts that do what the parts do, and call an observer.
 
 An observer is a function ``observer(part, call, *arguments)``. It runs in place of a method, while a kernel is being
 compiled. ``call(*arguments)`` is the method itself: that of the package, or the one that a student wrote in its place.

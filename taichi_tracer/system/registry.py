@@ -208,10 +208,10 @@ def load_parts(path: str) -> list:
     except OwnCodeError:
         raise
     except (Exception, SystemExit) as error:
-        told = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        problem = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         if isinstance(error, SyntaxError):
-            told = f"{type(error).__name__}: {error.msg}"
-        raise InputError(f"{where_in(error, file, path)}: {told}") from error
+            problem = f"{type(error).__name__}: {error.msg}"
+        raise InputError(f"{where_in(error, file, path)}: {problem}") from error
     finally:
         sys.path.remove(str(file.parent))
     added = [part for part in PARTS.registered_by(file) if not any(part is known for known in before)]

@@ -74,7 +74,7 @@ def init(
 
     Args:
         arch: "cpu", "cuda", "metal", "vulkan", or "auto": CUDA if it has a device, otherwise the CPU. The drivers of
-            Metal and Vulkan differ, so that these are taken only by their names; Vulkan also where it is only software.
+            Metal and Vulkan differ, so that they must be named; Vulkan also where it is only software.
         precision: "f32" or "f64", for every coordinate and colour.
         fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
             watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
@@ -137,7 +137,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
     patches()
     wanted = wanted_folder()
     cache, note = cache_folder(wanted)
-    told = ti.ERROR if settings.arch == "cpu" else ti.CRITICAL  # what a GPU cannot compile is told by an error
+    log_level = ti.ERROR if settings.arch == "cpu" else ti.CRITICAL  # what a GPU cannot compile raises an error
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         note_start()
@@ -146,7 +146,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             default_fp=getattr(ti, settings.precision),
             fast_math=settings.fast_math,
             debug=debug,
-            log_level=told,
+            log_level=log_level,
             **COMPILATION,
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),
@@ -186,7 +186,7 @@ def go_on_with_the_cpu(reason: str) -> bool:
     """Start Taichi again on the CPU, if it runs on a GPU that "auto" has chosen. Whoever calls begins from the start.
 
     Args:
-        reason: why the GPU cannot be used; the user is told.
+        reason: why the GPU cannot be used; a warning says it.
 
     Returns:
         whether it was started again.

@@ -72,7 +72,7 @@ _running: Stopwatch | None = None
 
 
 def start(started: float, first: str = IMPORTS, clock: Callable[[], float] | None = None) -> Stopwatch:
-    """Let a stopwatch run, which ``stage`` tells of every stage; see ``Stopwatch``."""
+    """Let a stopwatch run, which gets every ``stage``; see ``Stopwatch``."""
     global _running
     _running = Stopwatch(started, first, clock)
     return _running

@@ -118,7 +118,7 @@ class Mistake:
 
 def by_part(known: Mapping[str, Mapping[str, tuple]]) -> tuple[Mistake, ...]:
     """The known mistakes of parts: name of the part → name of the mistake → (hint, change, change …)."""
-    of_all = [(part, name, told) for part, named in known.items() for name, told in named.items()]
+    of_all = [(part, name, entry) for part, named in known.items() for name, entry in named.items()]
     return tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_all)
 
 

@@ -18,7 +18,7 @@ from taichi_tracer.teaching.export import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
-from taichi_tracer.teaching.telling import Teller, Told, summary
+from taichi_tracer.teaching.telling import ResultLine, Teller, summary
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``apps.supervised`` allows
 DIGITS = 4  # of points that are handed on
@@ -54,9 +54,9 @@ class CheckedPart:
         hint = self.findings[0].hint if self.findings else ""
         return [*lines, f"      hint: {hint}"] if hint else lines
 
-    def told(self) -> Told:
-        """What a process tells of it."""
-        return Told(self.part.name, self.points, self.part.points, self.verdict.status == RIGHT, self.html())
+    def result_line(self) -> ResultLine:
+        """What the process of a check sends of it."""
+        return ResultLine(self.part.name, self.points, self.part.points, self.verdict.status == RIGHT, self.html())
 
     def html(self) -> str:
         """What a page shows."""
@@ -102,11 +102,11 @@ class Report:
 
     def summary(self) -> str:
         """One line."""
-        return summary(self.told())
+        return summary(self.result_lines())
 
-    def told(self) -> list[Told]:
-        """What a process tells of each part."""
-        return [result.told() for result in self.results]
+    def result_lines(self) -> list[ResultLine]:
+        """What the process of a check sends of each part."""
+        return [result.result_line() for result in self.results]
 
     def __str__(self) -> str:
         lines = [line for result in self.results for line in result.lines()]
@@ -144,7 +144,7 @@ def check_folder(
         seed: decides the inputs; None takes the seed of the folder.
         watch: a function that is called with the lines of each result, as soon as they are known.
         name: of the assignment, where the folder does not say it.
-        teller: tells another process of each part.
+        teller: sends each part to another process.
 
     Raises:
         InputError: the folder belongs to no assignment, or a name is unknown.
@@ -166,7 +166,7 @@ def check_folder(
         teller.begins(part.name, None if cls is None else unwrap(getattr(cls, part.method, None)))
         seed_of_part = own_seed if seed is None else seed
         report.results.append(check_part(assignment, student, part, seed_of_part, watch or (lambda lines: None)))
-        teller.found(report.results[-1].told())
+        teller.found(report.results[-1].result_line())
     return report
 
 
@@ -213,9 +213,9 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, part
     found = [part for part in chosen(assignment, parts) if part.replaces in student.classes]
     if tested <= set(student.classes):
         found += [part for part in chosen(assignment, parts) if part.replaces == ""]
-    with warnings.catch_warnings(record=True) as told:  # what stands on stderr costs all points of a cell of nbgrader
+    with warnings.catch_warnings(record=True) as caught:  # what stands on stderr costs all points of a cell of nbgrader
         results = [check_part(assignment, student, part, seed, lambda lines: None) for part in found]
-    return Report(assignment, results, list(dict.fromkeys(str(one.message) for one in told)))
+    return Report(assignment, results, list(dict.fromkeys(str(one.message) for one in caught)))
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
@@ -239,9 +239,9 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     if found.status != OK:
         where = f" (line {found.line} is still that of the handout)" if found.line else ""
         verdict = replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""))
-        if verdict.message in student.told and found.line:
+        if verdict.message in student.reported and found.line:
             verdict = replace(verdict, message="")  # what is wrong with a file is said once
-        student.told.add(verdict.message)
+        student.reported.add(verdict.message)
         result = CheckedPart(part, verdict, (), found.seconds)
         watch(result.lines())
         return result

@@ -164,8 +164,8 @@ class Runner:
         seconds = time.perf_counter() - start
         status = reply.get("status")
         if status == NOT_ASKED:
-            told = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
-            return replace(blank, points=0.0, status=MISSING, message=told)
+            message = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
+            return replace(blank, points=0.0, status=MISSING, message=message)
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
             message = clean(reply.get("message") or "the process did not say what went wrong")
@@ -203,8 +203,8 @@ class Runner:
         share = verdict.share * sum(other.points * other.share for other in methods) / points if points else 0.0
         if not share > mark.share:
             return mark
-        told = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
-        return replace(mark, share=share, message=clean(told))
+        message = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
+        return replace(mark, share=share, message=clean(message))
 
     def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
         """The answer of the submission's process to one part.

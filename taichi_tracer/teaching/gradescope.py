@@ -49,10 +49,10 @@ if [ $code -ne 0 ]; then
 import json, sys
 folder = sys.argv[1]
 with open(f"{{folder}}/grader.log", errors="replace") as log:
-    told = log.read()[-2000:]
-told = f"The submission could not be graded; please tell your teacher.\\n\\n{{told}}"
+    output = log.read()[-2000:]
+output = f"The submission could not be graded; please tell your teacher.\\n\\n{{output}}"
 with open(f"{{folder}}/results.json", "w") as results:
-    facts = {{"score": 0, "output": told, "visibility": "visible", "stdout_visibility": "hidden", "tests": []}}
+    facts = {{"score": 0, "output": output, "visibility": "visible", "stdout_visibility": "hidden", "tests": []}}
     json.dump(facts, results)
 PYTHON
 fi

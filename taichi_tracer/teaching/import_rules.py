@@ -30,7 +30,7 @@ def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: d
     allowed = {*ALWAYS_ALLOWED, *(path.stem for path in folder.glob("*.py"))}
     for file in sorted(solution.glob("*.py")):
         allowed |= {name.partition(".")[0] for name in imported(ast.parse(file.read_text(encoding="utf-8")))}
-    told = []
+    findings = []
     for file in files:
         path = folder / file
         try:
@@ -38,10 +38,10 @@ def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: d
         except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):  # the report says so when it is run
             continue
         foreign = {name for name in imported(tree) if name.partition(".")[0] not in allowed}
-        told += [f"{file} imports {shown(name)}" for name in sorted(foreign | imports_of_the_kit(tree))]
+        findings += [f"{file} imports {shown(name)}" for name in sorted(foreign | imports_of_the_kit(tree))]
         own = {path.stem for path in folder.glob("*.py")}
-        told += [f"{file}: {text}" for text in sorted(set(suspicious_code(tree, methods, own)))]
-    return told
+        findings += [f"{file}: {text}" for text in sorted(set(suspicious_code(tree, methods, own)))]
+    return findings
 
 
 def imported(tree: ast.AST) -> set[str]:

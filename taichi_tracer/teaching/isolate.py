@@ -263,8 +263,8 @@ class SubmissionProcess:
                 if not data:
                     raise self._why_it_ended()
                 self._received += data
-        taken, self._received = bytes(self._received[:size]), self._received[size:]
-        return taken
+        message, self._received = bytes(self._received[:size]), self._received[size:]
+        return message
 
     def _look(self, limits: Limits) -> None:
         """Raise ChildEnded if the processes use more than their limits."""
@@ -429,9 +429,9 @@ def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
     except OSError as error:
         return f"Python cannot be started: {error.strerror}"
     except ChildEnded as error:
-        told = " ".join((child.output or error.reason).split())[-200:]
+        output = " ".join((child.output or error.reason).split())[-200:]
         why = "bubblewrap does not work here, perhaps as a container refuses namespaces"
-        return f"{why} ({told})" if level.name == "bwrap" else f"{error.reason} {told}"
+        return f"{why} ({output})" if level.name == "bwrap" else f"{error.reason} {output}"
     return None
 
 

@@ -95,9 +95,9 @@ class Numbers(JudgeOfRows):
         if agrees.all():
             return PartResult(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
         first = int(np.argmin(agrees))
-        told = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
+        message = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
         share = self.earned(inputs, answers, expected)
-        return PartResult(WRONG, share, told, first_wrong(inputs, answers, expected, first, len(agrees)))
+        return PartResult(WRONG, share, message, first_wrong(inputs, answers, expected, first, len(agrees)))
 
 
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
@@ -189,15 +189,15 @@ class Samples(JudgeOfRows):
             return PartResult(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
         first = int(np.argmin(agrees))
         worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
-        told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
-        told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
-        wrong = first_wrong(inputs, self.told(answers), self.told(expected), first, len(agrees))
+        message = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
+        message += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
+        wrong = first_wrong(inputs, self.means_of(answers), self.means_of(expected), first, len(agrees))
         share = self.earned(inputs, answers, expected)
         if self.for_means > share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
-            share, told = self.for_means, f"{told}; their means are right"
-        return PartResult(WRONG, share, told, wrong)
+            share, message = self.for_means, f"{message}; their means are right"
+        return PartResult(WRONG, share, message, wrong)
 
-    def told(self, answers: Arrays) -> Arrays:
+    def means_of(self, answers: Arrays) -> Arrays:
         """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
         shown = {name: array for name, array in answers.items() if name in self.exact}
         for name, array in answers.items():
@@ -274,8 +274,8 @@ class Pictures:
         }
         _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
         chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
-        told = f"{(1 - share):.0%} of the pixels are wrong"
-        return PartResult(WRONG, beyond_chance(share, chance), told, first, pictures)
+        message = f"{(1 - share):.0%} of the pixels are wrong"
+        return PartResult(WRONG, beyond_chance(share, chance), message, first, pictures)
 
 
 def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:

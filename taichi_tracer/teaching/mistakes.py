@@ -71,7 +71,7 @@ def find(
     if fitting:
         called = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: "
         return [Finding((one.name,), 1.0, called + one.name, one.hint, part.topic) for one in fitting]
-    shown = getattr(judge, "told", dict)  # means, in place of the statistics of random answers
+    shown = getattr(judge, "means_of", dict)  # means, in place of the statistics of random answers
     texts = describe(inputs, shown(answers), shown(expected), is_right)
     if waiting:
         texts.append(f"{len(waiting)} known mistakes were not compared, because time was up: check again")

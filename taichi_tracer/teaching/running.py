@@ -79,8 +79,8 @@ def answer(
     """Run a part on the student's classes.
 
     Args:
-        files: class → file, see ``Assignment.classes``; then a class that is missing because its file failed is told as
-            that failure.
+        files: class → file, see ``Assignment.classes``. A class that is missing because its file failed has the message
+            of that failure.
     """
     start = time.perf_counter()
     found = _answer(part, student, solution, inputs, files or {})
@@ -112,9 +112,9 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             if is_empty(method):
                 return PartResult(NOT_WRITTEN, message="it does nothing, and returns nothing")
             own = {name for name, value in vars(cls).items() if is_method(name, value)}
-            if taken := taken_name(cls, own):
-                told = f"the package's {taken[1].__name__} has a value of the name {taken[0]}"
-                return PartResult(CRASHED, message=f"{told}: give your method another one")
+            if used := taken_name(cls, own):
+                clash = f"the package's {used[1].__name__} has a value of the name {used[0]}"
+                return PartResult(CRASHED, message=f"{clash}: give your method another one")
             subject = class_under_test(cls, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             rules.check_whole(part.name, method, subject, right)

@@ -38,7 +38,7 @@ class Loaded:
         optional: of a solution, the names of the optional parts; see ``base.Part``.
         failed: class that only optional parts need → why its file could not be run.
         modules: name → module, of the files that were run.
-        told: what a check has said of parts that gave no answer.
+        reported: messages of parts that gave no answer, which a check has shown.
     """
 
     classes: dict[str, type]
@@ -49,7 +49,7 @@ class Loaded:
     optional: frozenset[str] = frozenset()
     failed: dict[str, PartResult] = field(default_factory=dict)
     modules: dict[str, types.ModuleType] = field(default_factory=dict)
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
@@ -119,7 +119,7 @@ def load_classes(folder: str | Path, files: Sequence[str], others: Loaded | None
     same names can be loaded, too.
 
     Args:
-        others: the classes of a folder from which imports of files that are not among ``files`` are taken.
+        others: the classes of a folder in which imports of files that are not among ``files`` are found.
     """
     folder = Path(folder).resolve()
     loaded = Loaded({}, {}, folder)
@@ -236,12 +236,12 @@ def is_method(name: str, value: object) -> bool:
 def crash(error: BaseException, folder: Path | None) -> PartResult:
     """What is known about an exception of the student's code."""
     if isinstance(error, OwnCodeError):
-        file, line, told = Path(error.file).name, error.line, error.text
+        file, line, message = Path(error.file).name, error.line, error.text
     else:
         file, line = place_of(error, folder)
-        told = f"{type(error).__name__}: {one_line(error)}"
+        message = f"{type(error).__name__}: {one_line(error)}"
     where = f"{file}:{line}: " if line else ""
-    return PartResult(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
+    return PartResult(CRASHED, message=f"{where}{message}"[:LONGEST_MESSAGE], line=line, file=file)
 
 
 def one_line(error: BaseException) -> str:
@@ -258,9 +258,9 @@ def place_of(error: BaseException, folder: Path | None) -> tuple[str, int]:
     if isinstance(error, SyntaxError) and error.filename:
         return Path(error.filename).name, error.lineno or 0
     pattern = re.compile(r'File "([^"]+)", line (\d+)')
-    told = [(Path(file), int(line)) for file, line in pattern.findall(str(error))]
+    named = [(Path(file), int(line)) for file, line in pattern.findall(str(error))]
     frames = [(Path(f.filename), f.lineno or 0) for f in traceback.extract_tb(error.__traceback__)]
-    for places in (told, frames):
+    for places in (named, frames):
         own = [(file.name, line) for file, line in places if is_students(file, folder)]
         if own:
             return own[-1]

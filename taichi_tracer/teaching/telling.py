@@ -1,9 +1,9 @@
-"""What the process of a check tells its parent by a pipe, in lines of JSON, one after the other.
+"""What the process of a check sends to its parent through a pipe: lines of JSON.
 
 {"title", "target"}                                 first: of the page
 {"points": {name: points}}                          of the parts that are checked
 {"begins": name, "line", "file"}                    a part, whose method stands there; 0 and "" if that is unknown
-{"name", "points", "of", "is_right", "html"}        what was found of it, see ``Told``
+{"name", "points", "of", "is_right", "html"}        what was found of it, see ``ResultLine``
 {"ends": true}                                      last
 """
 
@@ -19,7 +19,7 @@ GOES_ON = "TAICHI_TRACER_CHECK_GOES_ON"  # is set if an earlier process has begu
 
 
 @dataclass(frozen=True)
-class Told:
+class ResultLine:
     """What is known of one part.
 
     Attributes:
@@ -33,14 +33,14 @@ class Told:
     html: str
 
 
-def summary(found: Sequence[Told]) -> str:
+def summary(found: Sequence[ResultLine]) -> str:
     """One line on all parts."""
     right, points, of = sum(t.is_right for t in found), sum(t.points for t in found), sum(t.of for t in found)
     return f"{right} of {len(found)} parts are right: {points:.4g} of {of:g} points"
 
 
 class Teller:
-    """Tells the parent what this process does; without a parent, nobody.
+    """Sends to the parent what this process does; without a parent, it does nothing.
 
     Attributes:
         has_parent: whether there is one. is_first: whether no process before this one has begun the same check.
@@ -58,9 +58,9 @@ class Teller:
             self.pipe.write(json.dumps(facts) + "\n")
             self.pipe.flush()
 
-    def found(self, told: Told) -> None:
+    def found(self, line: ResultLine) -> None:
         """Send what was found of a part."""
-        self.tell(**asdict(told))
+        self.tell(**asdict(line))
 
     def begins(self, name: str, method: Any) -> None:
         """Say which part is run, and where its method stands, if the student has written one."""

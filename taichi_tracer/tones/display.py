@@ -35,8 +35,8 @@ class Display:
     def __post_init__(self) -> None:
         PARTS.find("tone curve", self.tone)
         if not isinstance(self.exposure, Real) or not -MOST_STOPS <= float(self.exposure) <= MOST_STOPS:
-            told = f"between {-MOST_STOPS:g} and {MOST_STOPS:g} stops, not {self.exposure!r}"
-            raise InputError(f"exposure must be {told}: 1 doubles the light, and -1 halves it")
+            rule = f"between {-MOST_STOPS:g} and {MOST_STOPS:g} stops, not {self.exposure!r}"
+            raise InputError(f"exposure must be {rule}: 1 doubles the light, and -1 halves it")
 
     @property
     def part(self) -> Tone:

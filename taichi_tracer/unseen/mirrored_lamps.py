@@ -5,7 +5,7 @@ shows T L, where T is what the mirrors and glasses leave of the radiance L. How 
 *near* the lamp. Some thousand eye rays go through the pixels that show a mirror or glass, and follow it. Around a lamp
 of the area A, which such a ray sees at the angle θ from the distance t, lies a disc with the radius R = t · ``NEAR``.
 If a mirror is about flat for such small angles, the share of the rays that meet the lamp is that of the rays that pass
-the disc, times A cos θ / (π R²). So each ray that passes it stands for
+the disc, times A cos θ / (π R²). So each ray that passes it represents
 
     P = (pixels / rays) A cos θ / (π R²),      E = P T L
 
@@ -61,7 +61,7 @@ def mirrored_lamps(
 def mirror_pixels(
     chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any
 ) -> tuple[np.ndarray, float]:
-    """(n, 2) pixels whose middle shows a mirror or glass, and how many pixels these stand for."""
+    """(n, 2) pixels whose middle shows a mirror or glass, and how many pixels these represent."""
     x0, x1, y0, y1 = crop
     y, x = np.mgrid[y0:y1, x0:x1]
     places = np.stack([x.ravel(), y.ravel()], axis=1)

@@ -2,7 +2,7 @@
 
 An estimator that draws directions only from the lights misses what a narrow lobe reflects, because hardly any of them
 falls into the lobe. One that draws them only from the BRDF misses a small lamp. What was never met leaves no trace in
-the samples, so that their spread cannot tell of it. But a few samples of the other technique show it at once.
+the samples, so that their spread does not show it. But a few samples of the other technique show it at once.
 
 Let the other technique draw ω_i with the density q, and let it find the light E = f_r cos θ_i L / q. It has about one
 sample in the solid angle 1/q around ω_i. A sample of the estimator, with the density p, falls there with the
@@ -158,7 +158,7 @@ class OtherTechnique:
 
     @ti.func
     def pixel(self, x, y):
-        """The pixel of the picture that stands for a tile."""
+        """The pixel of the picture that represents a tile."""
         return self.x0 + x * self.step, self.y0 + y * self.step
 
     @ti.func
@@ -203,12 +203,12 @@ class OtherTechnique:
 
 
 def starting(other: OtherTechnique, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, k: Any) -> Any:
-    """The numbers of the pixel that stands for a tile."""
+    """The numbers of the pixel that represents a tile."""
     return start(seed, *other.pixel(x, y), k)
 
 
 def looking(other: OtherTechnique, eye_rays: Any, hit_of: Callable, x: Any, y: Any, rng: Any) -> Any:
-    """The eye ray of the pixel that stands for a tile."""
+    """The eye ray of the pixel that represents a tile."""
     return hit_of(*other.pixel(x, y), rng)
 
 

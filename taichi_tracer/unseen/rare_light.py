@@ -18,7 +18,7 @@ import numpy as np
 ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
 ABOUT_AS_BRIGHT = 4.0  # what is up to so many times as bright is counted together
 KNOWN = 10  # samples that met some light: from so many, their spread shows the error
-COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and what one row stands for
+COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and the weight of a row
 
 
 class RareLight:
@@ -26,7 +26,7 @@ class RareLight:
 
     Attributes:
         pixel: (n,) the number of a pixel. chance: (n,) P, with which a sample of the pixel finds the light. light: (n,)
-            E, the root mean square of the channels. pixels: N. each: which part of one find each row stands for.
+            E, the root mean square of the channels. pixels: N. each: which part of one find each row represents.
     """
 
     def __init__(

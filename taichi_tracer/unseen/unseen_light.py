@@ -1,12 +1,12 @@
 """How much light may a picture miss that none of its samples met?
 
-An estimate from samples cannot know a small sun that no sample has met. But near misses tell of it
+An estimate from samples cannot know a small sun that no sample has met. But near misses show it
 (``unseen.near_misses``). Let B look-ups go into directions D near the sun, of which K met the sun S itself. If the
 directions in D are about even, the number of look-ups that should meet the sun is about
 
     λ = (B + 2) Ω_S / Ω_D.
 
-Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. K tells, too. If more than M look-ups
+Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. K counts, too. If more than M look-ups
 were missing, it would be improbable that only K met the sun: M is the upper 95 % limit of the mean of a Poisson
 distribution, less K. Therefore λ is at most M. And a flat mirror may look beside the sun in all its pixels: then B is
 large, and the sun is not in the mirror. If λ is so large that K or fewer would meet the sun with a probability of less
@@ -18,7 +18,7 @@ the light λ c may be missing. It lies in N_eff pixels of N, so that it adds to 
 
 Eye rays and mirrors find the sun in a single pixel, if they find it at all: N_eff = 1. Lobes find it anywhere where
 they look: with B_i of the B look-ups in pixel i, N_eff = B² / Σ B_i (B_i − 1). If K is at least ``KNOWN``, the samples
-themselves tell the error, and nothing is added.
+themselves show the error, and nothing is added.
 """
 
 import math
@@ -68,7 +68,7 @@ class UnseenLight:
     """What is known of the light that no sample of a picture met. Its arrays are kept and merged with the samples.
 
     Attributes:
-        counter: what counts the near misses of the samples that are taken; None if nothing is counted.
+        counter: what counts the near misses of the samples; None if nothing is counted.
         rare: rows of light that samples find rarely, see ``rare_light.rows_of``.
     """
 
@@ -96,7 +96,7 @@ class UnseenLight:
             self._of = environment
 
     def watched(self, parts: Any) -> Any:
-        """The ``SampleParts``, whose scene and sampler tell the counter what they do."""
+        """The ``SampleParts``, whose scene and sampler call the counter."""
         if self.counter is None:
             return parts
         scene, sampler = self.counter.watched(parts.scene, parts.sampler, parts.integrator)

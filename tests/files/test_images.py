@@ -8,10 +8,10 @@ from PIL import Image
 
 from taichi_tracer.files import images
 from taichi_tracer.files.images import (
+    display_in,
     read_image,
     save_image,
     to_rgbe,
-    told_display,
 )
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.files.srgb import to_bytes
@@ -200,8 +200,8 @@ def test_exposure_and_tone_change_files_of_8_bits_and_are_told_there(tmp_path, p
     assert b"exposure -1 stops, tone curve filmic" in shown.read_bytes()
     assert b"Display" not in plain.read_bytes()
     if extension != ".ppm":  # which is only written
-        assert told_display(shown) == "exposure -1 stops, tone curve filmic"
-        assert told_display(plain) is None
+        assert display_in(shown) == "exposure -1 stops, tone curve filmic"
+        assert display_in(plain) is None
 
 
 def test_a_photograph_stands_as_its_camera_was_held(tmp_path):

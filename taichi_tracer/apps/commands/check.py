@@ -56,4 +56,4 @@ def run_here(args: Namespace) -> int:
     teller.tell(title=assignment.title, target=str(target))
     report = check_folder(folder, args.names, args.seed, tell, args.assignment, teller)
     teller.tell(ends=True)
-    return 0 if teller.has_parent else finished(report.assignment.title, target, report.told())
+    return 0 if teller.has_parent else finished(report.assignment.title, target, report.result_lines())

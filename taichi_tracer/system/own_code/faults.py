@@ -1,4 +1,4 @@
-"""What Taichi tells of a mistake in somebody's own function: in one line, with its place and with what is right."""
+"""Taichi's errors in somebody's own function: in one line, with its place and with what is right."""
 
 import ast
 import inspect
@@ -14,7 +14,7 @@ from taichi.lang.struct import Struct
 from taichi_tracer.system.errors import InputError, nearest
 from taichi_tracer.system.own_code.source import PACKAGE, fault_at, is_own_file
 
-PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python tell places
+PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python write places
 VALUE = "keep the value in a variable, and return it in the last line"
 A_FUNCTION = "does a function return nothing?"
 # What Taichi says → what it means; {0}, {1}, … are the groups of the pattern.
@@ -89,7 +89,7 @@ def meaning(root: BaseException, text: str, file: str, line: int) -> str:
     """What an error means, and what would be right.
 
     Args:
-        text: what Taichi tells. file, line: the innermost place in somebody's own code.
+        text: Taichi's message. file, line: the innermost place in somebody's own code.
     """
     if isinstance(root, AttributeError) and root.name:
         return lacking(root.obj, root.name, linecache.getline(file, line))

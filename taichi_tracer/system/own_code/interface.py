@@ -43,8 +43,8 @@ def check_class(cls: type, required: tuple[str, ...], file: str = "") -> None:
             near = difflib.get_close_matches(name, own, n=1, cutoff=0.6)
             guess = f": is {near[0]!r} misspelt?" if near else "."
             misspelt = vars_of(cls)[near[0]] if near else None
-            taken = ", ".join(["self", *(p.name for p in parameters(function))])
-            text = f"{cls.__name__} lacks {name}({taken}){guess} It gives: {what_it_says(function)}"
+            arguments = ", ".join(["self", *(p.name for p in parameters(function))])
+            text = f"{cls.__name__} lacks {name}({arguments}){guess} It gives: {what_it_says(function)}"
             raise fault(misspelt, text) if misspelt is not None else fault_at(*place_of(cls, file), text)
 
 

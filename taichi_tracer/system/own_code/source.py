@@ -65,7 +65,7 @@ def line_of(function: Callable, node: ast.AST | None = None) -> int:
 
 def place(function: Callable, node: ast.AST | None = None) -> str:
     """Where a function stands, or a node of its tree, as "my_parts.py:12"."""
-    return told_place(unwrap(function).__code__.co_filename, line_of(function, node))
+    return shown_place(unwrap(function).__code__.co_filename, line_of(function, node))
 
 
 def fault(function: Callable, text: str, node: ast.AST | None = None) -> OwnCodeError:
@@ -75,11 +75,11 @@ def fault(function: Callable, text: str, node: ast.AST | None = None) -> OwnCode
 
 def fault_at(file: str, line: int, text: str) -> OwnCodeError:
     """The error for a line of a file."""
-    return OwnCodeError(f"{told_place(file, line)}: {text}", text, file, line)
+    return OwnCodeError(f"{shown_place(file, line)}: {text}", text, file, line)
 
 
-def told_place(file: str, line: int) -> str:
-    """A file and a line, as messages tell them: from the present folder, or the number of a notebook's cell."""
+def shown_place(file: str, line: int) -> str:
+    """A file and a line, as messages show them: from the present folder, or the number of a notebook's cell."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     named = getattr(getattr(shell, "compile", None), "format_code_name", lambda name: None)(file)
     if named is not None:

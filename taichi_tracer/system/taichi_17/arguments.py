@@ -178,7 +178,7 @@ def reading(create: Callable) -> Callable:
             launch = readings[-1].kept()
         finally:
             readings.pop()
-        # Python's object of a kernel that is gone stands for a new one at the same address, too.
+        # A new kernel may have the address of a former one, and so the same number.
         LAUNCHES.pop(made, None)
         if launch is not None:
             LAUNCHES[made] = launch

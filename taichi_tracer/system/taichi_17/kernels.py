@@ -21,7 +21,7 @@ _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 
 
 def counting_reading(create: Callable) -> Callable:
-    """``Program.create_kernel``, which tells ``compiling`` of each kernel."""
+    """``Program.create_kernel``, which reports each kernel to ``compiling``."""
 
     @functools.wraps(create)
     def created(program: Any, build: Any, name: str, *words: Any) -> Any:
@@ -35,9 +35,9 @@ def counting_reading(create: Callable) -> Callable:
 
 
 def counting_translating(compile_it: Callable) -> Callable:
-    """``Program.compile_kernel``, which tells ``compiling`` of each kernel.
+    """``Program.compile_kernel``, which reports each kernel to ``compiling``.
 
-    What a GPU's backend cannot compile is told in one line, with what works instead.
+    What a GPU's backend cannot compile gives a message of one line, with what works instead.
     """
 
     @functools.wraps(compile_it)

@@ -1,4 +1,4 @@
-"""Where Taichi reads a student's function: what it returns is looked at, and its mistakes are told in one line."""
+"""Where Taichi reads a student's function: its results are checked, and its mistakes give a message of one line."""
 
 import functools
 import re
@@ -11,7 +11,7 @@ from taichi.lang.exception import TaichiTypeError
 from taichi.lang.expr import Expr
 
 from taichi_tracer.system.own_code import faults, kinds, rules
-from taichi_tracer.system.own_code.source import is_own_file, told_place
+from taichi_tracer.system.own_code.source import is_own_file, shown_place
 
 
 def looking(call: Callable) -> Callable:
@@ -30,10 +30,10 @@ def looking(call: Callable) -> Callable:
 
 
 def telling(create: Callable) -> Callable:
-    """``Program.create_kernel``, whose errors of a student's own code are told in one line."""
+    """``Program.create_kernel``, whose errors of a student's own code become one line."""
 
     @functools.wraps(create)
-    def told(*words: Any) -> Any:
+    def checked(*words: Any) -> Any:
         try:
             return create(*words)
         except Exception as error:
@@ -42,7 +42,7 @@ def telling(create: Callable) -> Callable:
                 raise
             raise fault from None  # whose context has what Taichi says
 
-    return told
+    return checked
 
 
 def assigning(assign: Callable) -> Callable:
@@ -87,4 +87,4 @@ def note_cut(of: Any, value: Any) -> None:
 def own_place() -> str:
     """The file and the line that Taichi reads now, if somebody else than the package has written it; otherwise ""."""
     found = faults.PLACE.match(impl.get_runtime().get_current_src_info())
-    return told_place(found[1], int(found[2])) if found is not None and is_own_file(found[1]) else ""
+    return shown_place(found[1], int(found[2])) if found is not None and is_own_file(found[1]) else ""

@@ -145,14 +145,14 @@ def apply() -> dict[str, str]:
         InputError: the environment variable names a patch that there is not.
     """
     chosen = wanted(os.environ.get(VARIABLE, ""))
-    told = {patch.name: why_not(patch) if patch.name in chosen else f"not in {VARIABLE}" for patch in PATCHES}
+    reasons = {patch.name: why_not(patch) if patch.name in chosen else f"not in {VARIABLE}" for patch in PATCHES}
     for patch in PATCHES:
-        if not told[patch.name]:
+        if not reasons[patch.name]:
             for name, (_, maker) in patch.replaces.items():
                 replace(name, maker)
             if patch.then:
                 of_this_folder(patch.then)()
-    return told
+    return reasons
 
 
 def wanted(text: str) -> tuple[str, ...]:
