@@ -101,7 +101,7 @@ class SmoothConductor(DeltaBrdf):
     """The limit of ``Microfacet`` for α → 0: f_r = F δ(ω_i − ω_r) / cos θ_i."""
 
     name = "smooth_metal"
-    needs = f"a material with alpha_x and alpha_y > 0 that are below {SMOOTH_BELOW:.0e}"
+    needs = "a metal with a roughness so small that it is a mirror"
 
     def describes(self, material: Any, dtype: type) -> bool:
         """A roughness that is below what the precision resolves."""

@@ -19,7 +19,7 @@ class Mirror(DeltaBrdf):
     """f_r = Kd δ(ω_i − ω_r)."""
 
     name = "mirror"
-    needs = f"a material with an Ns of {MIRROR_FROM:.0e} or more"
+    needs = "a material with an Ns so large that it is a mirror"
 
     def describes(self, material: Any, dtype: type) -> bool:
         """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
