@@ -41,8 +41,8 @@ from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
-from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
 from taichi_tracer.unseen.rarely_met import RarelyMet
+from taichi_tracer.unseen.technique_check import TechniqueCheck, missed_light
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -147,7 +147,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
-        self.other: OtherTechnique | None = None
+        self.other: TechniqueCheck | None = None
         self.rarely_met = RarelyMet(self)
         self.display = Display()
         self.use(given["integrator"] or self.first or self.offers[0].name)
@@ -418,7 +418,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self._shown = None
 
     def _missed_light(self) -> float:
-        """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.rarely_met``."""
+        """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.rarely_met``."""
         self.film.unseen.rare = self.rarely_met.rows()
         return missed_light(self)
 

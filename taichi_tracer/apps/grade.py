@@ -13,7 +13,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
-from taichi_tracer.teaching.isolate import WallLevel, best_level
+from taichi_tracer.teaching.isolate import IsolationLevel, best_level
 from taichi_tracer.teaching.marks import Mark, most_points, to_json
 
 
@@ -79,7 +79,7 @@ def line_of(mark: Mark) -> str:
     return f"{head} {mark.right} of {len(mark.parts)} parts are right, {mark.seconds:.1f} s"
 
 
-def summary(marks: Sequence[Mark], level: WallLevel) -> str:
+def summary(marks: Sequence[Mark], level: IsolationLevel) -> str:
     """The last line that is printed: the mean, and the walls."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)

@@ -39,7 +39,7 @@ STUDENT = Template("""
 <p><strong>$sums</strong></p> $refused
 <ul>$notes</ul> $overview $parts
 $printed
-<p class='note'>Walls around the submission: $level.</p>
+<p class='note'>Isolation of the submission: $level.</p>
 """)
 
 
@@ -136,7 +136,7 @@ def class_page(
             f"<h2>{html.escape(name)}</h2>{''.join(row[:MOST_SMALL])}" for name, row in pictures.items()
         ),
         "settings": html.escape(
-            f"Walls around each submission: {settings.level}. Seed of the inputs: {settings.seed}."
+            f"Isolation of each submission: {settings.level}. Seed of the inputs: {settings.seed}."
         ),
     }
     return html_boxes.whole(f"{assignment.title}: the class", [CLASS.substitute(facts)], STYLE)

@@ -65,7 +65,7 @@ def generation() -> int:
 _KEPT: dict[str, tuple[tuple, Any]] = {}
 
 
-def kept(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
+def cached(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
     """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them."""
     key = (generation(), *(np.ascontiguousarray(array).tobytes() for array in arrays))
     if name not in _KEPT or _KEPT[name][0] != key:
@@ -76,7 +76,7 @@ def kept(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
 def geometry(inputs: Arrays) -> Geometry:
     """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs."""
     names = ("vertices", "faces", "normals", "material_ids")
-    return kept("geometry", make_geometry, *(inputs[name] for name in names))
+    return cached("geometry", make_geometry, *(inputs[name] for name in names))
 
 
 def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
@@ -299,7 +299,7 @@ def scene(inputs: Arrays) -> Any:
     """
     names = ("vertices", "faces", "materials", "Kd", "Ns")
     more = inputs.get("Ke", np.zeros_like(inputs["Kd"])), inputs.get("image", np.zeros(0))
-    return kept(f"scene with {len(inputs['faces'])} faces", make_scene, *(inputs[name] for name in names), *more)
+    return cached(f"scene with {len(inputs['faces'])} faces", make_scene, *(inputs[name] for name in names), *more)
 
 
 def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:

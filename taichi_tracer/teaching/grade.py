@@ -33,7 +33,7 @@ from taichi_tracer.teaching.base import (
     PartResult,
 )
 from taichi_tracer.teaching.import_rules import check_imports
-from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, Limits, SubmissionProcess, WallLevel
+from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, IsolationLevel, Limits, SubmissionProcess, WorkerEnded
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.marks import Mark, mark_of, to_json
 from taichi_tracer.teaching.reference import Reference, fingerprint
@@ -52,13 +52,13 @@ class GradingSettings:
     """How a class is graded.
 
     Attributes:
-        level: the walls around each submission. limits: what each may use.
+        level: the isolation of each submission. limits: what each may use.
         seed: decides the inputs. jobs: how many submissions are graded at the same time.
         anew: whether submissions are graded again that were graded before.
         finds: whether wrong answers are explained.
     """
 
-    level: WallLevel
+    level: IsolationLevel
     limits: Limits = Limits()
     seed: int = 1
     jobs: int = 1
@@ -130,7 +130,7 @@ def grade(reference: Reference, submitted: Submission, settings: GradingSettings
         imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings) as runner:
             marks = {p.name: runner.mark(p, pictures) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
-            parts = [runner.consequential(part, marks) for part in assignment.parts]
+            parts = [runner.regrade_picture(part, marks) for part in assignment.parts]
         found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
         return replace(blank, parts=tuple(parts), **found), pictures
 
@@ -143,7 +143,7 @@ class Runner:
         self.printed, self._late, self._is_fresh = "", 0, False  # fresh: it has not been asked for a part yet
         self._child: SubmissionProcess | None = None
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
-        self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
+        self._bad: dict[tuple[str, ...], WorkerEnded] = {}  # files whose loading ends the process
 
     def __enter__(self) -> "Runner":
         return self
@@ -158,7 +158,7 @@ class Runner:
         blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
         try:
             reply, answers = self._ask(part)
-        except ChildEnded as error:
+        except WorkerEnded as error:
             status = OUT_OF_TIME if error.is_late else CRASHED
             return replace(blank, status=status, message=clean(error.reason), seconds=time.perf_counter() - start)
         seconds = time.perf_counter() - start
@@ -182,7 +182,7 @@ class Runner:
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
         return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
 
-    def consequential(self, part: Part, marks: Mapping[str, PartResult]) -> PartResult:
+    def regrade_picture(self, part: Part, marks: Mapping[str, PartResult]) -> PartResult:
         """The mark of a part, among those of all. A method that is wrong must not cost its points in every picture.
 
         The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
@@ -196,7 +196,7 @@ class Runner:
             return mark
         try:
             _, answers = self._ask(part, wrong)
-        except ChildEnded:
+        except WorkerEnded:
             return mark
         verdict = judged(part, self.reference.inputs[part.name], answers, self.reference.expected[part.name])
         points = sum(other.points for other in methods)
@@ -220,7 +220,7 @@ class Runner:
             is_first, self._is_fresh = self._is_fresh, False
             try:
                 return self._child.ask(request, self.reference.inputs[part.name])
-            except ChildEnded as error:
+            except WorkerEnded as error:
                 self._end()
                 if is_first or self.reference.is_stopped:
                     self._late += error.is_late
@@ -230,7 +230,7 @@ class Runner:
     def _files(self, part: Part) -> tuple[str, ...]:
         """The files to load for a part: all, or its own alone if loading all of them ends the process."""
         if () not in self._bad:
-            with contextlib.suppress(ChildEnded):
+            with contextlib.suppress(WorkerEnded):
                 if self._child is None:
                     self._start(())
                 return ()
@@ -257,9 +257,9 @@ class Runner:
         request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission", "files": list(files)}
         try:
             self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
-        except ChildEnded as error:
+        except WorkerEnded as error:
             self._late += error.is_late
-            self._bad[files] = ChildEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)
+            self._bad[files] = WorkerEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)
             self._end()
             raise self._bad[files] from None
         self._loaded, self._is_fresh = files, True

@@ -1,4 +1,4 @@
-"""Runs a hand-in in a process of its own, walled in and limited; what it computes is judged outside.
+"""Runs a hand-in in a process of its own, isolated and limited; what it computes is judged outside.
 
 ``SubmissionProcess.ask`` sends one request, and waits for one answer no longer than the limits allow. Nothing that the
 process sends is trusted: an answer is a message, see ``unpack``, with the ticket of its request; prints are cut.
@@ -47,7 +47,7 @@ NOT_STOPPED = {
 }
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
 IN_CONTAINER = "/kit"  # where the package is there
-WORK = "/walled"  # the folder of a hand-in behind walls; no other folder has this name
+WORK = "/walled"  # the folder of an isolated hand-in; no other folder has this name
 DISK = 128 << 20  # bytes that it can hold, in memory
 USER = 60_000_000  # the first of the user numbers that hand-ins get if the grader is root
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the hand-in
@@ -86,7 +86,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class WallLevel:
+class IsolationLevel:
     """How hand-ins are walled in.
 
     Attributes:
@@ -103,7 +103,7 @@ class WallLevel:
 
 
 @dataclass(eq=False)
-class ChildEnded(Exception):
+class WorkerEnded(Exception):
     """The process does not answer any more: why, in one sentence; and whether it used up its time."""
 
     reason: str
@@ -145,7 +145,7 @@ class SubmissionProcess:
 
     Args:
         files: a folder whose files the process gets as a copy, in the folder "submission"; None for the solution.
-        level: the walls. limits: None lets the process use what it wants, for the solution only.
+        level: the isolation. limits: None lets the process use what it wants, for the solution only.
         kernels: a folder with compiled kernels, of which the process gets a copy; None for none.
         keep: a folder that is used instead of a temporary one, and stays.
         assignment: a folder of which the process gets a copy in the folder "assignment", without the known mistakes.
@@ -154,7 +154,7 @@ class SubmissionProcess:
     def __init__(
         self,
         files: Path | None,
-        level: WallLevel,
+        level: IsolationLevel,
         limits: Limits | None = None,
         kernels: Path | None = None,
         keep: Path | None = None,
@@ -198,7 +198,7 @@ class SubmissionProcess:
         return self.given if self.level.name == "limits" else WORK
 
     def _command(self) -> list[str]:
-        """The words that start the process within its walls."""
+        """The words that start the isolated process."""
         is_container = self.level.name == "container"
         paths = [IN_CONTAINER] if is_container else python_path()
         place = f"sys.path[:{0 if is_container else ''}] = {paths!r}"
@@ -206,21 +206,23 @@ class SubmissionProcess:
         if limits and not (self.level.user or self.level.name == "bwrap"):
             limits["processes"] += OF_OTHERS
         start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
-        start += "from taichi_tracer.teaching import child; child.main(*sys.argv[1:])"
-        python = "python3" if is_container else os.path.abspath(sys.executable)  # within walls, no folder before a ".."
+        start += "from taichi_tracer.teaching import worker; worker.main(*sys.argv[1:])"
+        python = (
+            "python3" if is_container else os.path.abspath(sys.executable)
+        )  # when isolated, no folder before a ".."
         words = [python, "-c", start, self.given, self.folder, json.dumps(limits)]
         if is_container:
             return [*container_words(self.level.image, self.given, self._name, self.limits or Limits()), *words]
         return [*bwrap_words(self.given), *words] if self.level.name == "bwrap" else words
 
     def ask(self, message: dict, arrays: Arrays | None = None, wall: float | None = None) -> tuple[dict, Arrays]:
-        """Send a request, see ``child``, and wait for its answer.
+        """Send a request, see ``worker``, and wait for its answer.
 
         Args:
             wall: seconds of the clock; by default those of the limits.
 
         Raises:
-            ChildEnded: the process has ended, was too slow, or sent something else. It is ended then.
+            WorkerEnded: the process has ended, was too slow, or sent something else. It is ended then.
         """
         ticket, limits = secrets.token_hex(8), self.limits
         wall = wall if wall is not None else limits.wall if limits else math.inf
@@ -237,10 +239,10 @@ class SubmissionProcess:
         except Exception as error:
             self.end()
             if isinstance(error, TimeoutError):
-                raise ChildEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
-            if isinstance(error, ChildEnded):
+                raise WorkerEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
+            if isinstance(error, WorkerEnded):
                 raise
-            raise ChildEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
+            raise WorkerEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
 
     def _send(self, data: bytes) -> None:
         """Write a request; a process that does not read it lets this thread wait until it is ended."""
@@ -267,12 +269,12 @@ class SubmissionProcess:
         return message
 
     def _look(self, limits: Limits) -> None:
-        """Raise ChildEnded if the processes use more than their limits."""
+        """Raise WorkerEnded if the processes use more than their limits."""
         found = below(self._process.pid)
         if len(found) > limits.processes:
-            raise ChildEnded(f"it started {len(found)} processes, of which {limits.processes} are allowed")
+            raise WorkerEnded(f"it started {len(found)} processes, of which {limits.processes} are allowed")
         if sum(found.values()) > limits.resident:
-            raise ChildEnded(f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory")
+            raise WorkerEnded(f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory")
 
     def _read_prints(self) -> None:
         """Read what is printed, and keep the first part."""
@@ -285,22 +287,22 @@ class SubmissionProcess:
         """What was printed, cut."""
         return self.printed[: self._room].decode(errors="replace") + "\n… (cut)" * (len(self.printed) > self._room)
 
-    def _why_it_ended(self) -> ChildEnded:
+    def _why_it_ended(self) -> WorkerEnded:
         """The error for a process that has closed its pipe."""
         try:
             code = self._process.wait(SECONDS_TO_END)
         except subprocess.TimeoutExpired:
-            return ChildEnded("the process ended")
+            return WorkerEnded("the process ended")
         number = -code if code < 0 else max(0, code - 128)
         if number == signal.SIGXCPU and self.limits is not None:
-            return ChildEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
+            return WorkerEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
         if number:
             name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
-            return ChildEnded(f"the process crashed ({name})")
-        return ChildEnded(f"the process ended itself with the exit code {code}")
+            return WorkerEnded(f"the process crashed ({name})")
+        return WorkerEnded(f"the process ended itself with the exit code {code}")
 
     def hurry(self) -> None:
-        """End every process; ``ask`` raises ChildEnded then. Any thread may call this."""
+        """End every process; ``ask`` raises WorkerEnded then. Any thread may call this."""
         for _ in range(50):  # they may start more meanwhile
             if not (found := below(self._process.pid)):
                 break
@@ -416,7 +418,7 @@ def container_words(image: str, given: str, name: str, limits: Limits) -> list[s
 
 
 @cache
-def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
+def problem_of(level: IsolationLevel, starts_taichi: bool = True) -> str | None:
     """Why a level does not work on this machine, in one line; None if it works. It is tried, with Taichi or without."""
     if level.name == "bwrap" and sys.platform != "linux":
         return "bubblewrap runs on Linux only"
@@ -428,21 +430,21 @@ def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
         child.end()
     except OSError as error:
         return f"Python cannot be started: {error.strerror}"
-    except ChildEnded as error:
+    except WorkerEnded as error:
         output = " ".join((child.output or error.reason).split())[-200:]
         why = "bubblewrap does not work here, perhaps as a container refuses namespaces"
         return f"{why} ({output})" if level.name == "bwrap" else f"{error.reason} {output}"
     return None
 
 
-def candidates() -> list[WallLevel]:
+def candidates() -> list[IsolationLevel]:
     """Every level, the strongest first. Bubblewrap stops more than a user of its own does."""
     users = (True, False) if hasattr(os, "geteuid") and os.geteuid() == 0 else (False,)
-    return [WallLevel(name, user) for name in LEVELS for user in users]
+    return [IsolationLevel(name, user) for name in LEVELS for user in users]
 
 
 @cache
-def best_level(trust: bool = False, image: str = "") -> WallLevel:
+def best_level(trust: bool = False, image: str = "") -> IsolationLevel:
     """The strongest level that works on this machine.
 
     Args:
@@ -453,10 +455,10 @@ def best_level(trust: bool = False, image: str = "") -> WallLevel:
     """
     if os.name != "posix":
         raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
-    for level in [WallLevel("container", image=image)] if image else candidates():
+    for level in [IsolationLevel("container", image=image)] if image else candidates():
         if level.name != "limits" or trust:
             problem = problem_of(level)
             if problem is None:
                 return level
     advice = "" if trust or image else "; for submissions that you would run yourself: --trust (in Python: trust=True)"
-    raise InputError(f"there are no walls for submissions: {problem}{advice}")
+    raise InputError(f"submissions cannot be isolated: {problem}{advice}")

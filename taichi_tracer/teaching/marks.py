@@ -18,7 +18,7 @@ class Mark:
     Attributes:
         key, student: see ``submissions.Submission``. refused: why it was not unpacked; "" if it was.
         notes: what the report says about the files. imports: what goes against the rule of imports.
-        level: the walls around it. printed: what it printed, cut.
+        level: its isolation. printed: what it printed, cut.
     """
 
     key: str

@@ -15,11 +15,11 @@ import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
 from taichi_tracer.teaching.cache import arrays_in, cache_folder, joined, keep_arrays, parted
-from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
+from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, IsolationLevel, SubmissionProcess, WorkerEnded
 from taichi_tracer.teaching.student_import import OK
 
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
-TRUSTED = WallLevel("limits")
+TRUSTED = IsolationLevel("limits")
 
 
 class Reference:
@@ -82,7 +82,7 @@ class Reference:
         with self._lock:
             try:
                 reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)
-            except ChildEnded:  # the marks do not depend on it
+            except WorkerEnded:  # the marks do not depend on it
                 self._child = None
                 return ()
         return tuple(reply["findings"])
@@ -90,7 +90,7 @@ class Reference:
     def _answer(self, part: Part) -> Arrays:
         try:
             reply, arrays = self._trusted().ask({"do": "run", "part": part.name}, self.inputs[part.name])
-        except ChildEnded as error:
+        except WorkerEnded as error:
             self._child = None
             raise InputError(f"the solution of {part.name} ends its process: {error}") from None
         if reply["status"] != OK:
@@ -105,7 +105,7 @@ class Reference:
             child = SubmissionProcess(None, TRUSTED, None, keep=self.folder)
             try:
                 child.ask({"do": "load", "assignment": str(self.assignment.folder)}, wall=SECONDS_TO_LOAD)
-            except ChildEnded as error:
+            except WorkerEnded as error:
                 child.end()
                 name = self.assignment.name
                 raise InputError(

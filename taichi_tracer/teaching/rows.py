@@ -38,7 +38,7 @@ def rows(
     Returns:
         Name → (n,) or (n, width) array.
     """
-    found = called(function, inputs, names, answers, 1, numbers, None)
+    found = call_on_rows(function, inputs, names, answers, 1, numbers, None)
     return {name: np.ascontiguousarray(array[:, 0]) for name, array in found.items()}
 
 
@@ -59,10 +59,10 @@ def samples(
     Returns:
         Name → (n, count) or (n, count, width) array.
     """
-    return called(function, inputs, names, answers, count, numbers, begin)
+    return call_on_rows(function, inputs, names, answers, count, numbers, begin)
 
 
-def called(
+def call_on_rows(
     function: Callable,
     inputs: Arrays,
     names: Sequence[str],

@@ -10,7 +10,7 @@ from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
 from taichi_tracer.teaching import isolate
 from taichi_tracer.teaching.base import PartResult
-from taichi_tracer.teaching.isolate import WallLevel, best_level
+from taichi_tracer.teaching.isolate import IsolationLevel, best_level
 from taichi_tracer.teaching.marks import Mark
 
 PARTS = (
@@ -36,7 +36,7 @@ def classroom(tmp_path, monkeypatch):
         return marks
 
     monkeypatch.setattr(command, "grade_class", grade_class)
-    monkeypatch.setattr(command, "best_level", lambda trust, image: WallLevel("limits" if trust else "bwrap"))
+    monkeypatch.setattr(command, "best_level", lambda trust, image: IsolationLevel("limits" if trust else "bwrap"))
     (tmp_path / "class").mkdir()
     for name in ("123456781", "123456782"):
         sums.zipped(tmp_path / "class" / f"{name}.zip", {"sums.py": sums.submission()})

@@ -11,7 +11,7 @@ from taichi_tracer.course import adapters, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT
 from taichi_tracer.teaching.grade import GradingSettings, grade
-from taichi_tracer.teaching.isolate import Limits, WallLevel
+from taichi_tracer.teaching.isolate import IsolationLevel, Limits
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
 from taichi_tracer.teaching.submissions import find
@@ -39,7 +39,7 @@ def marks(path: Path, name: str, finds: bool = False) -> dict:
     assignment = catalogue.load(name)
     with Reference(assignment, 1) as reference:
         (submitted,) = find(path, assignment.files)
-        found, _ = grade(reference, submitted, GradingSettings(WallLevel("limits"), Limits(), finds=finds))
+        found, _ = grade(reference, submitted, GradingSettings(IsolationLevel("limits"), Limits(), finds=finds))
     assert found.refused == ""
     assert found.imports == ()
     return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}

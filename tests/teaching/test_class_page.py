@@ -8,7 +8,7 @@ import pytest
 from taichi_tracer.teaching import class_page
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grade import GradingSettings
-from taichi_tracer.teaching.isolate import WallLevel
+from taichi_tracer.teaching.isolate import IsolationLevel
 from taichi_tracer.teaching.marks import Mark
 from taichi_tracer.teaching.submissions import Submission
 
@@ -39,7 +39,7 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(class_page, "pictures_of", lambda *args: pictures)
         assignment = type("Assignment", (), {"title": "A & B"})
-        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")))
+        class_page.write(place, assignment, found, MARKS, GradingSettings(IsolationLevel("bwrap")))
     return place
 
 

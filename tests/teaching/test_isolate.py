@@ -10,7 +10,15 @@ from teaching import hostile, sums
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, isolate
 from taichi_tracer.teaching.grade import GradingSettings, grade
-from taichi_tracer.teaching.isolate import ChildEnded, Limits, SubmissionProcess, WallLevel, best_level, pack, unpack
+from taichi_tracer.teaching.isolate import (
+    IsolationLevel,
+    Limits,
+    SubmissionProcess,
+    WorkerEnded,
+    best_level,
+    pack,
+    unpack,
+)
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.submissions import find
 
@@ -97,8 +105,8 @@ def test_a_container_has_no_network_and_gets_the_package(tmp_path, monkeypatch):
     (tmp_path / "podman").write_text('#!/bin/sh\necho "$@" >&2\n')
     (tmp_path / "podman").chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    child = SubmissionProcess(None, WallLevel("container", image="teachers"), LIMITS)
-    with pytest.raises(ChildEnded, match="exit code 0"):
+    child = SubmissionProcess(None, IsolationLevel("container", image="teachers"), LIMITS)
+    with pytest.raises(WorkerEnded, match="exit code 0"):
         child.ask({"do": "hello"})
     words = child.output.split()
     assert {"--network", "none", "--read-only", "teachers", f"{isolate.PACKAGE}:/kit/taichi_tracer:ro"} <= set(words)

@@ -49,7 +49,7 @@ def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
     """An object of the class under test whose tables are filled in."""
     corners = inputs["vertices"].reshape(-1, 3, 3)[inputs["emissive"]]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    fields = fixtures.kept("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
+    fields = fixtures.cached("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
     fields["cdf"].fill(0)
     for i in range(TRIANGLES if has_cdf else 0):
         fields["cdf"][i] = areas[: i + 1].sum() / areas.sum()

@@ -398,7 +398,7 @@ def make_room(vertices, materials, sky) -> Any:
 def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:
     """The light along both rays of each pair, with at most three mirrors."""
     given = (inputs[name] for name in ("vertices", "materials", "sky"))
-    scene = fixtures.kept("room of mirrors", make_room, *given).in_kernels()
+    scene = fixtures.cached("room of mirrors", make_room, *given).in_kernels()
     integrator = integrator_class(3)
 
     @ti.func

@@ -120,7 +120,7 @@ class OtherSample(Integrator):
 
 
 @ti.data_oriented
-class OtherTechnique:
+class TechniqueCheck:
     """What the other technique finds in a picture.
 
     Args:
@@ -202,12 +202,12 @@ class OtherTechnique:
         return SAFETY * math.sqrt(squares)
 
 
-def starting(other: OtherTechnique, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, k: Any) -> Any:
+def starting(other: TechniqueCheck, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, k: Any) -> Any:
     """The numbers of the pixel that represents a tile."""
     return start(seed, *other.pixel(x, y), k)
 
 
-def looking(other: OtherTechnique, eye_rays: Any, hit_of: Callable, x: Any, y: Any, rng: Any) -> Any:
+def looking(other: TechniqueCheck, eye_rays: Any, hit_of: Callable, x: Any, y: Any, rng: Any) -> Any:
     """The eye ray of the pixel that represents a tile."""
     return hit_of(*other.pixel(x, y), rng)
 
@@ -220,6 +220,6 @@ def missed_light(renderer: Any) -> float:
     if not techniques or renderer.samples == 0:
         return 0.0
     if renderer.other is None or renderer.other.is_of != (scene, integrator, crop, techniques):
-        renderer.other = OtherTechnique(renderer.plain_sample_parts(scene, integrator), crop, techniques)
+        renderer.other = TechniqueCheck(renderer.plain_sample_parts(scene, integrator), crop, techniques)
     renderer.other.look(renderer, (renderer._shown, renderer.seed))
     return renderer.other.missed(renderer.samples)

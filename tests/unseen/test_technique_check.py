@@ -9,8 +9,8 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.unseen.other_technique import ABOUT_AS_RARE, SAFETY, SAMPLES, OtherTechnique, other_techniques
 from taichi_tracer.unseen.rare_light import KNOWN
+from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, TechniqueCheck, other_techniques
 
 SIZE = 12
 VIEW = {"eye": (0, 0, 2), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
@@ -65,7 +65,7 @@ def test_nothing_is_done_where_nothing_can_be_missed(narrow):
 
 def test_light_that_is_about_as_rare_is_counted_together():
     """Each sample stands for pixels / (rows · columns · SAMPLES) of the picture's."""
-    other = OtherTechnique.__new__(OtherTechnique)
+    other = TechniqueCheck.__new__(TechniqueCheck)
     other.rows, other.columns, other.pixels, other.near_misses = 1, 2, 80, None
     light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
     chance[:, 0, 1] = 1e-3 * ABOUT_AS_RARE * 1.01
