@@ -143,7 +143,7 @@ def image_lines() -> Iterator[Line]:
 def wall_lines() -> Iterator[Line]:
     """Which walls ``grade`` can put around a submission; each is tried with a process that starts Taichi."""
     try:
-        from taichi_tracer.teaching import isolate
+        from taichi_tracer.teaching.grading import isolate
     except ModuleNotFoundError:
         yield Line("walls of grade", "none: there is no taichi_tracer/teaching", False)
         return

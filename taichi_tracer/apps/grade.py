@@ -10,11 +10,12 @@ from pathlib import Path
 from taichi_tracer.apps.notes import note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
-from taichi_tracer.teaching.grade import GradingSettings, grade_class
-from taichi_tracer.teaching.isolate import IsolationLevel, best_level
-from taichi_tracer.teaching.marks import Mark, most_points, to_json
+from taichi_tracer.teaching.grading import class_page, gradescope, submissions
+from taichi_tracer.teaching.grading.grade import GradingSettings, grade_class
+from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level
+from taichi_tracer.teaching.grading.marks import Mark, most_points, to_json
 
 
 def run(args: Namespace) -> int:

@@ -1,7 +1,7 @@
 """Assignments: what students get, how they check their work, and how teachers grade it.
 
-A file has one step, such as the export of a folder, a check or a page of the class. Add an assignment as a folder of
-``assignments``, see docs/teaching.md.
+A file has one step, such as the export of a folder or a check; ``grading`` has the steps of the teacher. Add an
+assignment as a folder of ``assignments``, see docs/teaching.md.
 
 ``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, ``not_written`` marks a method that has no solution
 yet, and ``marked`` lets a window show such methods.

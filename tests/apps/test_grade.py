@@ -8,10 +8,10 @@ from teaching import sums
 
 from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
-from taichi_tracer.teaching import isolate
 from taichi_tracer.teaching.base import PartResult
-from taichi_tracer.teaching.isolate import IsolationLevel, best_level
-from taichi_tracer.teaching.marks import Mark
+from taichi_tracer.teaching.grading import isolate
+from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level
+from taichi_tracer.teaching.grading.marks import Mark
 
 PARTS = (
     PartResult("wrong", 0.5, "10 of 20", name="Sums.add", points=2.0),

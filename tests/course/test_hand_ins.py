@@ -10,11 +10,11 @@ import taichi_tracer as tt
 from taichi_tracer.course import adapters, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT
-from taichi_tracer.teaching.grade import GradingSettings, grade
-from taichi_tracer.teaching.isolate import IsolationLevel, Limits
-from taichi_tracer.teaching.reference import Reference
+from taichi_tracer.teaching.grading.grade import GradingSettings, grade
+from taichi_tracer.teaching.grading.isolate import IsolationLevel, Limits
+from taichi_tracer.teaching.grading.reference import Reference
+from taichi_tracer.teaching.grading.submissions import find
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
-from taichi_tracer.teaching.submissions import find
 
 HAND_IN = Path(__file__).parent / "handin"
 SIZE = 24

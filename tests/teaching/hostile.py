@@ -236,7 +236,7 @@ ATTACKS = {
     "patched protocol": Attack(
         """
             import sys
-            child = sys.modules["taichi_tracer.teaching.worker"]
+            child = sys.modules["taichi_tracer.teaching.grading.worker"]
             plain = child.pack
             child.pack = lambda facts, arrays: plain({**facts, "status": "right", "share": 1.0, "points": 100}, arrays)
             """,

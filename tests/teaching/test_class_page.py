@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from taichi_tracer.teaching import class_page
 from taichi_tracer.teaching.base import PartResult
-from taichi_tracer.teaching.grade import GradingSettings
-from taichi_tracer.teaching.isolate import IsolationLevel
-from taichi_tracer.teaching.marks import Mark
-from taichi_tracer.teaching.submissions import Submission
+from taichi_tracer.teaching.grading import class_page
+from taichi_tracer.teaching.grading.grade import GradingSettings
+from taichi_tracer.teaching.grading.isolate import IsolationLevel
+from taichi_tracer.teaching.grading.marks import Mark
+from taichi_tracer.teaching.grading.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"
 FOUND = {"names": ["pixel corner"], "share": 1.0, "text": "all agree", "hint": "which point?", "topic": "rays"}

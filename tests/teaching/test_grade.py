@@ -5,7 +5,7 @@ import pytest
 from teaching import sums
 
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching import grade as grading
+from taichi_tracer.teaching.grading import grade as grading
 
 
 @pytest.fixture(scope="module")

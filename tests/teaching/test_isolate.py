@@ -8,9 +8,10 @@ import pytest
 from teaching import hostile, sums
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, isolate
-from taichi_tracer.teaching.grade import GradingSettings, grade
-from taichi_tracer.teaching.isolate import (
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.grading import isolate
+from taichi_tracer.teaching.grading.grade import GradingSettings, grade
+from taichi_tracer.teaching.grading.isolate import (
     IsolationLevel,
     Limits,
     SubmissionProcess,
@@ -19,8 +20,8 @@ from taichi_tracer.teaching.isolate import (
     pack,
     unpack,
 )
-from taichi_tracer.teaching.reference import Reference
-from taichi_tracer.teaching.submissions import find
+from taichi_tracer.teaching.grading.reference import Reference
+from taichi_tracer.teaching.grading.submissions import find
 
 LIMITS = Limits(cpu=3.0, wall=6.0, resident=2 << 30)
 LEVELS = [level for level in isolate.candidates() if os.name == "posix"]

@@ -9,7 +9,7 @@ import zlib
 import pytest
 from teaching.sums import zipped
 
-from taichi_tracer.teaching.submissions import RefusedError, find, submission, unpack
+from taichi_tracer.teaching.grading.submissions import RefusedError, find, submission, unpack
 
 FILES = ("camera.py", "renderer.py")
 

@@ -206,7 +206,7 @@ class SubmissionProcess:
         if limits and not (self.level.user or self.level.name == "bwrap"):
             limits["processes"] += OF_OTHERS
         start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
-        start += "from taichi_tracer.teaching import worker; worker.main(*sys.argv[1:])"
+        start += "from taichi_tracer.teaching.grading import worker; worker.main(*sys.argv[1:])"
         python = (
             "python3" if is_container else os.path.abspath(sys.executable)
         )  # when isolated, no folder before a ".."

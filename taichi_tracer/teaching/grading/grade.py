@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.teaching import cache, submissions
+from taichi_tracer.teaching import cache
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -32,14 +32,21 @@ from taichi_tracer.teaching.base import (
     Part,
     PartResult,
 )
-from taichi_tracer.teaching.import_rules import check_imports
-from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, IsolationLevel, Limits, SubmissionProcess, WorkerEnded
+from taichi_tracer.teaching.grading import submissions
+from taichi_tracer.teaching.grading.import_rules import check_imports
+from taichi_tracer.teaching.grading.isolate import (
+    SECONDS_TO_LOAD,
+    IsolationLevel,
+    Limits,
+    SubmissionProcess,
+    WorkerEnded,
+)
+from taichi_tracer.teaching.grading.marks import Mark, mark_of, to_json
+from taichi_tracer.teaching.grading.reference import Reference, fingerprint
+from taichi_tracer.teaching.grading.submissions import RefusedError, Submission
 from taichi_tracer.teaching.judges import Samples
-from taichi_tracer.teaching.marks import Mark, mark_of, to_json
-from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
 from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
-from taichi_tracer.teaching.submissions import RefusedError, Submission
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
 PATIENCE = 3  # how many parts may use up their time before the others get less

@@ -15,7 +15,7 @@ import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
 from taichi_tracer.teaching.cache import arrays_in, cache_folder, joined, keep_arrays, parted
-from taichi_tracer.teaching.isolate import SECONDS_TO_LOAD, IsolationLevel, SubmissionProcess, WorkerEnded
+from taichi_tracer.teaching.grading.isolate import SECONDS_TO_LOAD, IsolationLevel, SubmissionProcess, WorkerEnded
 from taichi_tracer.teaching.student_import import OK
 
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
@@ -123,7 +123,7 @@ class Reference:
 def fingerprint(assignment: Assignment) -> str:
     """A hash of everything that marks and hints depend on."""
     digest = hashlib.sha256(taichi_tracer.__version__.encode())
-    for root in (assignment.folder, Path(__file__).parent):
+    for root in (assignment.folder, *Path(__file__).parents[:2]):
         for path in sorted(root.glob("*.py")) + sorted((root / "solution").glob("*.py")):
             digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()

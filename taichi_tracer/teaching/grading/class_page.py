@@ -14,9 +14,9 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import html_boxes
 from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment
-from taichi_tracer.teaching.grade import GradingSettings, pictures_of
-from taichi_tracer.teaching.marks import Mark, most_points
-from taichi_tracer.teaching.submissions import Submission
+from taichi_tracer.teaching.grading.grade import GradingSettings, pictures_of
+from taichi_tracer.teaching.grading.marks import Mark, most_points
+from taichi_tracer.teaching.grading.submissions import Submission
 
 THUMBNAIL = 96  # pixels: of a picture on the page of the class
 MOST_SMALL = 60  # pictures of one part on the page of the class

@@ -7,8 +7,8 @@ import ast
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from taichi_tracer.teaching.grading.submissions import shown
 from taichi_tracer.teaching.student_import import imports_of_the_kit
-from taichi_tracer.teaching.submissions import shown
 
 ALWAYS_ALLOWED = ("__future__", "abc", "dataclasses", "enum", "math", "numpy", "taichi", "taichi_tracer", "typing")
 ROUND_THE_RULE = ("__import__", "eval", "exec", "compile", "globals", "vars", "getattr", "__builtins__", "__loader__")

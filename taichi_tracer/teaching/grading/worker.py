@@ -31,7 +31,7 @@ from typing import Any
 
 from taichi_tracer.teaching import cache, catalogue, mistakes, running, student_import
 from taichi_tracer.teaching.base import Arrays
-from taichi_tracer.teaching.isolate import SIZE, pack, unpack
+from taichi_tracer.teaching.grading.isolate import SIZE, pack, unpack
 
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Linux, from its headers
 
