@@ -29,13 +29,13 @@ EXTRAS = {
     "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),
     "pytest": ("the tests", "pip install 'taichi_tracer[test]'"),
 }
-# The levels of walls around submissions, and what makes each of them work.
-WALLS = {
+# The levels of isolation of submissions, and what makes each of them work.
+ISOLATION = {
     "bwrap": "apt-get install bubblewrap; a container has to allow namespaces",
     "limits": "Linux, macOS, or Windows' subsystem for Linux",
 }
 MARKS_OF_CONTAINERS = ("/.dockerenv", "/run/.containerenv", "/autograder")
-NAME_WIDTH, FOUND_WIDTH = 18, 48
+NAME_WIDTH, FOUND_WIDTH = 20, 48
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def examine() -> Iterator[Line]:
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
     yield from cache_lines(wanted_folder())
-    yield from wall_lines()
+    yield from isolation_lines()
 
 
 def package_line(package: str) -> Line:
@@ -140,26 +140,26 @@ def image_lines() -> Iterator[Line]:
                 yield Line(f"pictures {extension}", "cannot be written", False, str(error))
 
 
-def wall_lines() -> Iterator[Line]:
-    """Which walls ``grade`` can put around a submission; each is tried with a process that starts Taichi."""
+def isolation_lines() -> Iterator[Line]:
+    """Which isolation ``grade`` has for a submission; each is tried with a process that starts Taichi."""
     try:
         from taichi_tracer.teaching.grading import isolate
     except ModuleNotFoundError:
-        yield Line("walls of grade", "none: there is no taichi_tracer/teaching", False)
+        yield Line("isolation of grade", "none: there is no taichi_tracer/teaching", False)
         return
     if os.name != "posix":
-        yield Line("walls of grade", "none: submissions can be run on Linux and macOS only", False, WALLS["limits"])
+        yield Line("isolation of grade", "none: submissions can be run on Linux and macOS only", False, ISOLATION["limits"])
         return
     works = [level for level in isolate.candidates() if isolate.problem_of(level, starts_taichi=False) is None]
-    for name, remedy in WALLS.items():
+    for name, remedy in ISOLATION.items():
         found = next((level for level in works if level.name == name), None)
-        yield Line(f"walls {name}", f"work ({found})" if found else "do not work here", found is not None, remedy)
+        yield Line(f"isolation {name}", f"work ({found})" if found else "do not work here", found is not None, remedy)
     best = works[0] if works else None
     is_inside = any(Path(mark).exists() for mark in MARKS_OF_CONTAINERS)
     inside = "; this is a container" if is_inside else ""
     remedy = "docs/teaching_security.md says what the levels stop"
     trust = "; by --trust only" if best is not None and best.name == "limits" else ""
-    yield Line("walls of grade", f"{best}{trust}{inside}", best is not None and best.name != "limits", remedy)
+    yield Line("isolation of grade", f"{best}{trust}{inside}", best is not None and best.name != "limits", remedy)
     if best is not None:
         yield Line("not stopped there", isolate.NOT_STOPPED[best.name])
 

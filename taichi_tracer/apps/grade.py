@@ -31,7 +31,7 @@ def run(args: Namespace) -> int:
     check_targets(args, found)
     level = best_level(args.trust, args.container)
     if level.name == "limits":
-        note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
+        note("nothing isolates the submissions but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, settings, watch)
@@ -81,10 +81,10 @@ def line_of(mark: Mark) -> str:
 
 
 def summary(marks: Sequence[Mark], level: IsolationLevel) -> str:
-    """The last line that is printed: the mean, and the walls."""
+    """The last line that is printed: the mean, and the isolation."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)
-    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; walls: {level}"
+    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; isolation: {level}"
 
 
 def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> str:

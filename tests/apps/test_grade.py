@@ -48,7 +48,7 @@ def test_a_line_for_each_student_and_the_level(assignment, classroom, capsys):
     *lines, last = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["123456781", "123456782"]
     assert "4 of 5" in lines[0]
-    assert last == "2 submissions, mean 4 of 5; walls: bwrap"
+    assert last == "2 submissions, mean 4 of 5; isolation: bwrap"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no submission can be run on Windows")
@@ -62,7 +62,7 @@ def test_without_bubblewrap_nothing_is_graded(assignment, classroom, tmp_path, m
     assert "it is not installed" in line
     assert "--trust" in line
     assert main(["grade", assignment, classroom, "--trust"]) == 0
-    assert "walls: limits" in capsys.readouterr().out
+    assert "isolation: limits" in capsys.readouterr().out
 
 
 def test_csv_has_no_formulas(assignment, classroom, tmp_path):
