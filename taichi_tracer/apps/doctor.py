@@ -148,7 +148,9 @@ def isolation_lines() -> Iterator[Line]:
         yield Line("isolation of grade", "none: there is no taichi_tracer/teaching", False)
         return
     if os.name != "posix":
-        yield Line("isolation of grade", "none: submissions can be run on Linux and macOS only", False, ISOLATION["limits"])
+        yield Line(
+            "isolation of grade", "none: submissions can be run on Linux and macOS only", False, ISOLATION["limits"]
+        )
         return
     works = [level for level in isolate.candidates() if isolate.problem_of(level, starts_taichi=False) is None]
     for name, remedy in ISOLATION.items():

@@ -31,7 +31,7 @@ def run(args: Namespace) -> int:
     check_targets(args, found)
     level = best_level(args.trust, args.container)
     if level.name == "limits":
-        note("nothing isolates the submissions but limits: grade only what you would run yourself (docs/teaching_security.md)")
+        note("only limits isolate the submissions: grade only what you would run yourself (docs/teaching_security.md)")
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, settings, watch)

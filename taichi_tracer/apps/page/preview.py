@@ -5,7 +5,7 @@ import copy
 from taichi_tracer.apps.page.renderer_state import copy_values
 from taichi_tracer.progressive import ProgressiveRenderer
 
-WANTED = {False: 1 / 25, True: 1 / 16}  # seconds of a frame at most: of a view, and of random samples
+WANTED = {False: 1 / 42, True: 1 / 25}  # seconds of a frame at most: of a view, and of random samples
 COARSEST = 4  # pixels of the whole picture that one of the coarse picture stands for, along each side
 ROOM = 1.5  # how much faster a finer picture must be than what is wanted, before it is tried
 SMALLEST = 64  # pixels of a side: no coarse picture is smaller
