@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
+from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
 
 import taichi_tracer as tt
 from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
@@ -106,6 +107,17 @@ def finished(student: type, base: type, method: str, of_adapter: Any) -> Any:
     return of_adapter
 
 
+class StudentKernel:
+    """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
+
+    def __init__(self, kernel: Any) -> None:
+        self.written = kernel
+        kernel._is_staticmethod = False  # as Taichi notes at each access
+
+    def __get__(self, owner: Any, cls: type | None = None) -> Any:
+        return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
+
+
 def adapted(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
     """A class of the package's kind with the student's methods.
 
@@ -122,6 +134,7 @@ def adapted(student: type, base: type, name: str, fit: Callable | None = None, m
     members |= {"__module__": student.__module__, "__doc__": student.__doc__}
     if name in CONSTRUCTED and (own := names_read(student) - set(members) - set(dir(base))):
         members["__init__"] = with_attributes(base.__init__, student, own, CONSTRUCTED[name])  # type: ignore[misc]
+    members = {k: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for k, v in members.items()}
     made = type(name, (base,), members | {"other_arguments": others})
     return with_some(made, name, lambda some: adapted(student, base, name, fit, some))
 

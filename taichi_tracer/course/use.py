@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
-
 import taichi_tracer as tt
 from taichi_tracer.course import adapters, files
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -146,21 +144,9 @@ class Course:
         return "\n".join([f"files of the course in {self.folder}", *self.notes()])
 
 
-class StudentKernel:
-    """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
-
-    def __init__(self, kernel: Any) -> None:
-        self.written = kernel
-        kernel._is_staticmethod = False  # as Taichi notes at each access
-
-    def __get__(self, owner: Any, cls: type | None = None) -> Any:
-        return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
-
-
 def members_of(adapter: type) -> dict[str, Any]:
     """What an adapter defines."""
-    members = {name: value for name, value in vars(adapter).items() if name not in LEFT}
-    return {n: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for n, v in members.items()}
+    return {name: value for name, value in vars(adapter).items() if name not in LEFT}
 
 
 def text_of_error(error: BaseException, file: Path) -> str:
