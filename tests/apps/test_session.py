@@ -141,7 +141,7 @@ def test_choices_and_what_cannot_be_chosen(session):
 
 def test_a_page_cannot_name_files_for_the_process_that_compiles(scene, monkeypatch):
     started = []
-    monkeypatch.setattr(module, "compiling_process", lambda settings: started.append(settings))
+    monkeypatch.setattr(module, "compiling_process", lambda settings, folder: started.append(settings))
     session = Session(tt.A1Renderer(scene, *SIZE).use("normal"), RenderSettings("cube"))
     for name, value in (
         ("environment", "/etc/passwd"),

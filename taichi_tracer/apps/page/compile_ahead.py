@@ -6,7 +6,6 @@ settings of the choice; Taichi keeps its kernels in the cache of the user, from 
 
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -51,9 +50,9 @@ class Choice:
             self.process.wait()
 
 
-def compiling_process(settings: RenderSettings, folder: str | None = None) -> subprocess.Popen:
-    """A process that compiles what a picture with these settings needs."""
+def compiling_process(settings: RenderSettings, folder: str) -> subprocess.Popen:
+    """A process that compiles what a picture with these settings needs; its picture is written into a folder."""
     small = replace(settings, size=(SIDE, SIDE), crop=None, bounces=(), spp=SPP, time=None, error=None, adaptive=None)
-    place = Path(folder or tempfile.gettempdir()) / "compiled.png"
-    words = [sys.executable, "-m", "taichi_tracer", "render", small.scene, *small.words(), "-o", str(place)]
+    place = str(Path(folder) / "compiled.png")
+    words = [sys.executable, "-m", "taichi_tracer", "render", small.scene, *small.words(), "-o", place]
     return subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -82,6 +82,7 @@ class Session(Channel):
         self.message = ""
         self.choice: Choice | None = None  # what was chosen, and is not shown yet
         self._compiled: set[tuple] = set()  # what needs no compiling any more
+        self._folder = TemporaryDirectory()  # for pictures of processes that compile
         self._unit = START  # seconds that a view takes to compile
         self._answers = 0  # counts the choices, so that a page gets each
         self._last_step = self._moved_at = self.now()
@@ -356,7 +357,7 @@ class Session(Channel):
             return
         about, process = COSTS.get(what.what, 1.0) * self._unit, None
         if self.settings is not None and Path(state.settings.scene).suffix != ".xml":
-            process, about = compiling_process(wanted), about + START
+            process, about = compiling_process(wanted, self._folder.name), about + START
         self.choose(f"compiling {wanted.view if name == 'view' else name.replace('_', ' ')}", about, take, process)
 
     def _choose_scene(self, name: str) -> None:
