@@ -228,10 +228,11 @@ function render({ model, el }) {
     const now = performance.now();
     if (!isAll && state.kind === "jpeg" && now - shownAt < 200) return; // nobody reads numbers that change faster
     shownAt = now;
-    const { word, long, title } = numbersOf(state), name = state.split ? `${["left", "right"][state.split.side]}: ${state.view}` : state.view;
+    const { word, long, title } = numbersOf(state), side = state.split ? `${["left", "right"][state.split.side]}: ` : "";
+    const name = `${side}${state.what === state.view ? "" : `${state.what} `}${state.view}`;
     const key = `${word} ${name} ${long}`;
     if (changed("status", key)) {
-      status.replaceChildren(...(word ? [make("b", {}, word), " · "] : []), `${state.what === state.view ? "" : `${state.what} `}${name}${long ? ` · ${long}` : ""}`);
+      status.replaceChildren(...(word ? [make("b", {}, word), " · "] : []), `${name}${long ? ` · ${long}` : ""}`);
       status.title = title;
     }
     setText(pace, frames.length > 2 ? `${frames.length} frames/s` : "");
