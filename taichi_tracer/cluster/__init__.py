@@ -113,7 +113,7 @@ def render(
 def settings_from(scene: str | Path, options: Mapping[str, Any]) -> "RenderSettings":
     """The settings of ``taichi-tracer render SCENE …`` with these options; InputError for one that it does not have."""
     from taichi_tracer.apps.cli import arguments_of
-    from taichi_tracer.settings import OPTIONS, RenderSettings, words_of
+    from taichi_tracer.settings import DEFAULTS, OPTIONS, RenderSettings, words_of
     from taichi_tracer.system.errors import one_of
 
     words = ["render", str(scene)]
@@ -123,5 +123,5 @@ def settings_from(scene: str | Path, options: Mapping[str, Any]) -> "RenderSetti
             raise one_of("option", name, OPTIONS)
         several = tuple(value) if isinstance(value, list) else value
         several = (value,) if known in ("parts", "brdfs", "lights") and isinstance(value, str) else several
-        words += [] if value is None or value is False else words_of(known, several)
+        words += [] if value is None or value is DEFAULTS[known] else words_of(known, several)
     return RenderSettings.of(arguments_of(words))

@@ -190,22 +190,20 @@ class RendererState:
 
     def beside(self) -> "RendererState":
         """Another state for the same camera, which begins as this one, with a scene and so with light of its own."""
+        return RendererState(self._same(again(self.scene)), self.base)
+
+    def _same(self, scene: SceneData, camera: Any = None) -> ProgressiveRenderer:
+        """Another renderer that shows the same, of a scene and a camera."""
         former = self.renderer
-        renderer = made_like(former, type(former), again(self.scene))
+        renderer = made_like(former, type(former), scene, camera)
         copy_values(former, renderer)
-        display = former.display
-        renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone)
-        return RendererState(renderer, self.base)
+        return renderer.use(copy.copy(former.active)).set_display(former.display.exposure, former.display.tone)
 
     def resized(self, width: int, height: int) -> "RendererState":
         """The same picture with another number of pixels."""
-        former = self.renderer
-        view = {name: value for name, value in vars(former.camera.view).items() if value is not None}
-        renderer = made_like(former, type(former), self.scene, type(former.camera)(width, height, **view))
-        copy_values(former, renderer)
-        display = former.display
-        renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone)
-        found = RendererState(renderer, self.base)
+        camera = self.renderer.camera
+        view = {name: value for name, value in vars(camera.view).items() if value is not None}
+        found = RendererState(self._same(self.scene, type(camera)(width, height, **view)), self.base)
         found.environments, found._environments = self.environments, self._environments
         found._light_options, found._has_chosen_light = self._light_options, self._has_chosen_light
         return found

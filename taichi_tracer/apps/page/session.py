@@ -439,11 +439,11 @@ class Session(Channel):
 
         def begin() -> None:
             """Make the second picture, and compile it."""
-            self.split = CompareView(self.state, mode)
-            self.state = self.split.state
-            for one in self.split.sides:
+            split = CompareView(self.state, mode)
+            for one in split.sides:
                 quick_pixels(one.renderer.render())
-            self.split.begin_again()
+            split.begin_again()
+            self.split, self.state = split, split.state
 
         if mode == OFF:
             self.split = None
