@@ -25,12 +25,12 @@ def box_interval(bounds, low, high, t_near, t_far):
     NaN (0 · ∞, for a ray in the plane of a face) leaves the interval unchanged. Every operation is monotonic, also with
     rounding: the interval of a box lies within the interval of every box that contains it.
     """
+    is_forward = bounds.inverse >= 0
+    near = (ti.select(is_forward, low, high) - bounds.near_origin) * bounds.inverse
+    far = (ti.select(is_forward, high, low) - bounds.far_origin) * bounds.inverse
     for k in ti.static(range(3)):
-        is_forward = bounds.inverse[k] >= 0
-        near = (ti.select(is_forward, low[k], high[k]) - bounds.near_origin[k]) * bounds.inverse[k]
-        far = (ti.select(is_forward, high[k], low[k]) - bounds.far_origin[k]) * bounds.inverse[k]
-        t_near = ti.select(near > t_near, near, t_near)
-        t_far = ti.select(far < t_far, far, t_far)
+        t_near = ti.select(near[k] > t_near, near[k], t_near)
+        t_far = ti.select(far[k] < t_far, far[k], t_far)
     return t_near, t_far
 
 

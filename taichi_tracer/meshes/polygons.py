@@ -43,12 +43,13 @@ def triangulate(points: np.ndarray, sizes: np.ndarray, ids: np.ndarray) -> tuple
         areas = np.cross(b - a, c - a)
         normals = np.stack([np.bincount(polygon_of, column, len(sizes)) for column in areas.T], axis=1)
         along = (areas * normals[polygon_of]).sum(axis=1)
-        concave = np.unique(polygon_of[along < -FLAT * (normals**2).sum(axis=1)[polygon_of]])
-    if len(concave) == 0:
+        is_turned = along < -FLAT * (normals**2).sum(axis=1)[polygon_of]
+    is_concave = np.bincount(polygon_of, is_turned, len(sizes)) > 0
+    if not is_concave.any():
         return corners, polygon_of
-    firsts, is_fan = np.cumsum(sizes) - sizes, ~np.isin(polygon_of, concave)
+    firsts, is_fan = np.cumsum(sizes) - sizes, ~is_concave[polygon_of]
     found, owners = [corners[is_fan]], [polygon_of[is_fan]]
-    for k in concave.tolist():
+    for k in np.flatnonzero(is_concave).tolist():
         own = firsts[k] + np.arange(sizes[k])
         found.append(own[ears(points[ids[own]], normals[k])])
         owners.append(np.full(len(found[-1]), k))

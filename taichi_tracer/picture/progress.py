@@ -1,7 +1,6 @@
 """When a rendering ends: at a number of samples, after a time, or at an error; and a prediction of the end."""
 
 import math
-import statistics
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -141,7 +140,7 @@ class Progress:
     def seconds_per_sample(self) -> float:
         """The median time of the last passes, without compilation, for one sample of every pixel on average."""
         if self._recent:
-            return statistics.median(self._recent)
+            return float(np.median(self._recent))
         return min((seconds / samples for seconds, samples in self._compiling if samples > 0), default=math.nan)
 
     def passes_until_a_look(self, most: int) -> int:
@@ -270,9 +269,9 @@ def two_digits(fraction: float) -> str:
 
 def slope(points: list[tuple[float, float]]) -> float:
     """The slope of the straight line through the logarithms of the points, by least squares."""
-    x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
-    centre = statistics.fmean(x)
-    return sum((a - centre) * b for a, b in zip(x, y, strict=True)) / sum((a - centre) ** 2 for a in x)
+    x, y = np.log(points).T
+    centred = x - x.mean()
+    return float(centred @ y / (centred @ centred))
 
 
 def render_until(renderer, target: Target, watch=None) -> None:

@@ -7,6 +7,7 @@ For each function with ``@ti.func``, Taichi asks ``inspect`` for the source line
 
 import contextlib
 import importlib
+import importlib.util
 import inspect
 import linecache
 import os
@@ -37,12 +38,28 @@ def import_taichi() -> None:
         os.environ["TI_LOG_LEVEL"] = "warn"
     try:
         with quick_frames():
+            defer("urllib.request")  # Taichi looks for a newer version with it, once a week
             taichi = importlib.import_module("taichi")
+            importlib.import_module("taichi.lang.matrix_ops")  # Taichi itself does it while the first kernel is read
     finally:
         if not is_level_chosen:
             del os.environ["TI_LOG_LEVEL"]
     if not is_level_chosen:
         taichi.set_logging_level(taichi.INFO)
+
+
+def defer(name: str) -> None:
+    """Let a module of the standard library be executed when one of its members is asked for, not at its import."""
+    if name in sys.modules:
+        return
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.loader is None:
+        return
+    spec.loader = importlib.util.LazyLoader(spec.loader)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    parent, _, member = name.rpartition(".")
+    setattr(sys.modules[parent], member, module)
 
 
 @contextlib.contextmanager

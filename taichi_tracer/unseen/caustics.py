@@ -35,7 +35,7 @@ def has_caustics(scene: Any, max_bounces: int) -> bool:
     return max_bounces >= 2 and scene.effects.scatters and has_mirrors(scene)
 
 
-def rays_from(scene_data: Any, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def rays_from(scene_data: Any, rng: "np.random.Generator") -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Rays from the lamps, in proportion to what these emit, with the cosine of the angle to the normal.
 
     Returns:
