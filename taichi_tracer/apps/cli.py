@@ -40,7 +40,8 @@ def main(argv: list[str] | None = None) -> int:
     if argv is None and sys.stderr.isatty():
         compiling.watchers.append(CompilingLine())
     try:
-        args = make_parser(parts, words[:1]).parse_args(words)
+        command = next((word for word in words if word in commands.names()), "")
+        args = make_parser(parts, command).parse_args(words)
         args.started = started
         load_parts(args.parts)
         return args.command(args)
@@ -82,21 +83,22 @@ def arguments_of(words: Sequence[str]) -> Namespace:
     return args
 
 
-def make_parser(parts: Sequence[str] = (), first: Sequence[str] = ()) -> Parser:
+def make_parser(parts: Sequence[str] = (), only: str | None = None) -> Parser:
     """The grammar of the command line.
 
     Args:
         parts: the files of ``--parts``, as far as they are known before the words are parsed: a help lists their names.
-        first: the first word, if there is one. If it is a command, only this command is made, which takes less time.
+        only: the command whose arguments are added; None adds those of all commands, "" those of none.
     """
     parser = Parser(prog="taichi-tracer", description="A teaching ray tracer: pictures, and questions to a scene.")
     parser.add_argument("--version", action="version", version=f"taichi-tracer {taichi_tracer.__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     kinds = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
-    known = commands.names()
-    for name in [name for name in known if name in first] or known:
-        module = importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
-        command = add_command(kinds, name, module.HELP, module.run)
-        module.add_arguments(command)
-        command.parts = parts
+    for name in commands.names():
+        command = add_command(kinds, name, commands.help_of(name))
+        if only is None or name == only:
+            module = commands.load(name)
+            command.set_defaults(command=module.run)
+            module.add_arguments(command)
+            command.parts = parts
     return parser

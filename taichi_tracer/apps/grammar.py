@@ -7,13 +7,11 @@ import argparse
 import difflib
 import os
 import re
-from argparse import Namespace
 from collections.abc import Callable, Sequence
 
 from taichi_tracer.apps.notes import note
 from taichi_tracer.system.errors import InputError
 
-Command = Callable[[Namespace], int]  # takes the parsed arguments; returns the exit code
 CLUSTER = "taichi_tracer.cluster.sharing"  # has the commands that run on a cluster where --cluster is given
 
 
@@ -46,16 +44,15 @@ class Parser(argparse.ArgumentParser):
         return text
 
 
-def add_command(commands: argparse._SubParsersAction, name: str, what: str, run: Command) -> Parser:
+def add_command(commands: argparse._SubParsersAction, name: str, what: str) -> Parser:
     """The parser of a command, to which the command adds its own arguments.
 
     Args:
         what: what the command does, in a line for the help.
-        run: the function that is called with the parsed arguments.
     """
     parser = commands.add_parser(name, help=what, description=what[0].upper() + what[1:] + ".")
     parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of errors")
-    parser.set_defaults(command=run, parts=[])
+    parser.set_defaults(parts=[])
     return parser
 
 
@@ -67,16 +64,6 @@ def add_cluster_option(parser: Parser, what: str) -> None:
         help=f"{what} on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, on local:N "
         "processes of this machine, or on slurm:N jobs; see docs/cluster.md",
     )
-
-
-def later(target: str) -> Command:
-    """The command that is the function "module:function", whose module is imported when the command runs."""
-    return lambda args: load(target)(args)
-
-
-def here_or_on_cluster(name: str) -> Command:
-    """The command that is ``run`` of a module of this folder, or runs on a cluster if ``--cluster`` is given."""
-    return lambda args: load(f"{name}:run" if args.cluster is None else f"{CLUSTER}:{name}")(args)
 
 
 def load(target: str) -> Callable:

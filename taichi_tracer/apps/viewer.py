@@ -8,10 +8,8 @@ import contextlib
 import math
 import os
 import shlex
-import sys
 import tempfile
 import time
-from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -28,7 +26,6 @@ from taichi_tracer.apps.page.preview import Preview, current
 from taichi_tracer.apps.page.renderer_state import RendererState, after
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.apps.pictures import first_renderer
 from taichi_tracer.apps.reproduce import as_command, camera_words, environment_name, name_of_light, position_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
@@ -51,17 +48,6 @@ FACTORS = 0.1, 4.0  # of the slider of the speed: times what fits the scene
 MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
-
-
-def run(args: Namespace) -> int:
-    """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
-    settings = RenderSettings.of(args)
-    renderer = first_renderer(settings, begins_lit=args.browser)
-    if args.browser:
-        session = Session(renderer, settings)
-        session.warm_up()
-        return serve(session, forwarded=args.forwarded)
-    return show(renderer, settings=settings, offers_browser=sys.stdout.isatty(), all_views=settings.view is None)
 
 
 def show(

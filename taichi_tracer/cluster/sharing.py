@@ -13,8 +13,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from taichi_tracer.apps import render as render_command
-from taichi_tracer.apps import turntable as turntable_command
+from taichi_tracer.apps.commands import render as render_command
+from taichi_tracer.apps.commands import turntable as turntable_command
 from taichi_tracer.apps.notes import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.clusters import Cluster, last_line

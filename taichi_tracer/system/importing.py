@@ -19,33 +19,34 @@ _of_the_standard_library = inspect.getframeinfo
 
 
 def import_quickly(name: str) -> types.ModuleType:
-    """Import a module of this package, and Taichi before it."""
-    with quick_frames():
-        import_taichi()
+    """Import a module of this package, and Taichi if the module needs it."""
+    with quick_imports():
         return importlib.import_module(name)
 
 
-def import_taichi() -> None:
-    """Import Taichi, unless it is imported already.
+@contextlib.contextmanager
+def quick_imports() -> Iterator[None]:
+    """A context in which modules may import Taichi: it takes less time, and prints nothing.
 
-    Its line "Graphical python shell detected" is not shown, because every notebook would show it in red. Taichi's
+    Taichi's line "Graphical python shell detected" is not shown, because every notebook would show it in red. Taichi's
     warnings and errors are shown, and a level that the user has set is kept.
     """
-    if "taichi" in sys.modules:
-        return
-    is_level_chosen = "TI_LOG_LEVEL" in os.environ  # Taichi reads it when it is imported
-    if not is_level_chosen:
-        os.environ["TI_LOG_LEVEL"] = "warn"
+    is_first, level = "taichi" not in sys.modules, os.environ.get("TI_LOG_LEVEL")
+    former = inspect.getframeinfo
+    inspect.getframeinfo = frame_info  # type: ignore[assignment]
+    if is_first:
+        os.environ["TI_LOG_LEVEL"] = level or "warn"  # Taichi reads it when it is imported
+        defer("urllib.request")  # Taichi imports it for its search for newer versions, at most once a week
     try:
-        with quick_frames():
-            defer("urllib.request")  # Taichi looks for a newer version with it, once a week
-            taichi = importlib.import_module("taichi")
+        yield
+        if is_first and "taichi" in sys.modules:
             importlib.import_module("taichi.lang.matrix_ops")  # Taichi itself does it while the first kernel is read
     finally:
-        if not is_level_chosen:
-            del os.environ["TI_LOG_LEVEL"]
-    if not is_level_chosen:
-        taichi.set_logging_level(taichi.INFO)
+        inspect.getframeinfo = former
+        if is_first and level is None:
+            os.environ.pop("TI_LOG_LEVEL", None)
+            if "taichi" in sys.modules:
+                sys.modules["taichi"].set_logging_level(sys.modules["taichi"].INFO)
 
 
 def defer(name: str) -> None:
@@ -60,17 +61,6 @@ def defer(name: str) -> None:
     spec.loader.exec_module(module)
     parent, _, member = name.rpartition(".")
     setattr(sys.modules[parent], member, module)
-
-
-@contextlib.contextmanager
-def quick_frames() -> Iterator[None]:
-    """Let ``inspect.getframeinfo`` be ``frame_info`` within this context."""
-    former = inspect.getframeinfo
-    inspect.getframeinfo = frame_info  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        inspect.getframeinfo = former
 
 
 def frame_info(frame: types.FrameType, context: int = 1) -> inspect.Traceback:

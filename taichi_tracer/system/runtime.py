@@ -24,7 +24,7 @@ from taichi.lang import impl
 from taichi_tracer.system import processors
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.importing import quick_frames
+from taichi_tracer.system.importing import quick_imports
 from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
@@ -164,7 +164,7 @@ def patches() -> dict[str, str]:
     """
     folder = f"{__package__}.taichi_17"
     try:
-        with quick_frames():  # the patches name modules of Taichi that are not imported yet
+        with quick_imports():  # the patches name modules of Taichi that are not imported yet
             return importlib.import_module(f"{folder}.patches").apply()
     except ModuleNotFoundError as error:
         if error.name is None or not folder.startswith(error.name):

@@ -20,7 +20,7 @@ from taichi_tracer.teaching.running import answer, expected, has_own_distributio
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.telling import ResultLine, Teller, summary
 
-SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``apps.supervised`` allows
+SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``check`` allows
 DIGITS = 4  # of points that are handed on
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.apps.new_part import text_of
+from taichi_tracer.apps.commands.new_part import text_of
 
 # Kind → what is changed in a part that is right, and what must be told.
 WRONG = {

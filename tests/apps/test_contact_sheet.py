@@ -5,7 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from taichi_tracer.apps.contact_sheet import GAP, LINE, SMALLEST_TEXT, contact_sheet
+from taichi_tracer.apps.commands.render import GAP, LINE, SMALLEST_TEXT, contact_sheet
 
 
 def sheet_of(count, width, height, caption="k"):

@@ -2,8 +2,9 @@
 
 import sys
 
-from taichi_tracer.apps import display, doctor
+from taichi_tracer.apps import display
 from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.commands import doctor
 
 
 def test_the_doctor_finds_nothing_to_fail_on(capsys):

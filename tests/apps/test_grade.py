@@ -6,8 +6,8 @@ import os
 import pytest
 from teaching import sums
 
-from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.commands import grade as command
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grading import isolate
 from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level

@@ -5,8 +5,7 @@ import sys
 from taichi_tracer.apps import commands
 from taichi_tracer.apps.cli import main, make_parser
 
-HELLO = """
-HELP = "say hello"
+HELLO = '''"""Say hello."""
 
 
 def add_arguments(parser):
@@ -16,7 +15,7 @@ def add_arguments(parser):
 def run(args):
     print("hello", args.who)
     return 7
-"""
+'''
 
 
 def choices(parser):
@@ -33,6 +32,7 @@ def test_a_new_command_is_a_new_file(tmp_path, monkeypatch, capsys):
     (tmp_path / "hello.py").write_text(HELLO)
     monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
     try:
+        assert commands.help_of("hello") == "say hello"
         assert main(["hello", "you"]) == 7
     finally:
         sys.modules.pop(f"{commands.__name__}.hello", None)

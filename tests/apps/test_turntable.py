@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import turntable
 from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.commands import turntable
 from taichi_tracer.camera_controller import Pose
 
 pytestmark = pytest.mark.usefixtures("f32")

@@ -7,7 +7,7 @@ import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.merge import content_of
+from taichi_tracer.apps.commands.merge import content_of
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.picture.adaptive import shares_of
 from taichi_tracer.picture.checkpoint import facts_of

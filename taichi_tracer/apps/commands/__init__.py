@@ -2,30 +2,22 @@
 
 The name of the file is the name of the command, with "_" for "-". The file has
 
-* ``HELP``: what the command does, in a line;
+* a docstring, whose first line says what the command does: this is its help;
 * ``add_arguments(parser)``: adds the command's arguments to its parser;
 * ``run(args)``: does the work with the parsed arguments, and returns the exit code.
 
-Every call of the program imports all files of this folder, a help included: what is large is imported within ``run``.
+Only the file of the command that is called is imported.
 """
 
 import os
+from pathlib import Path
+from types import ModuleType
+
+from taichi_tracer.system.importing import import_quickly
 
 # The order of the help. Commands that are not named here come after these, by their names.
-ORDER = (
-    "render",
-    "merge",
-    "turntable",
-    "view",
-    "export",
-    "info",
-    "effects",
-    "explain",
-    "accuracy",
-    "samples",
-    "compare",
-)
-ORDER += ("hardcases", "new-part", "check-part", "assignment", "check", "grade", "doctor")
+ORDER = ["render", "merge", "turntable", "view", "export", "info", "effects", "explain", "accuracy", "samples"]
+ORDER += ["compare", "hardcases", "new-part", "check-part", "assignment", "check", "grade", "doctor"]
 
 
 def names() -> list[str]:
@@ -33,3 +25,18 @@ def names() -> list[str]:
     files = (os.path.splitext(file) for folder in __path__ for file in os.listdir(folder))
     found = sorted(name.replace("_", "-") for name, ending in files if ending == ".py" and not name.startswith("_"))
     return sorted(found, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+
+
+def help_of(name: str) -> str:
+    """What a command does, in a line: the first line of its file's docstring."""
+    for folder in __path__:
+        file = Path(folder, f"{name.replace('-', '_')}.py")
+        if file.exists():
+            line = file.read_text(encoding="utf-8").partition("\n")[0].strip('". ')
+            return line[0].lower() + line[1:]
+    return ""
+
+
+def load(name: str) -> ModuleType:
+    """The module of a command."""
+    return import_quickly(f"{__name__}.{name.replace('-', '_')}")

@@ -1,18 +1,17 @@
-"""``taichi-tracer assignment``: which assignments there are, and a student's folder of one."""
+"""Hand out an assignment of the teaching kit."""
 
 from argparse import Namespace
 
 from taichi_tracer.apps.grammar import Parser, add_command
 from taichi_tracer.system.argument_types import whole
 
-HELP = "hand out an assignment of the teaching kit"
-
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``assignment list`` and ``assignment new`` take."""
     kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
-    add_command(kinds, "list", "list the assignments that come with the package", run)
-    new = add_command(kinds, "new", "write the folder that a student gets", write)
+    add_command(kinds, "list", "list the assignments that come with the package")
+    new = add_command(kinds, "new", "write the folder that a student gets")
+    new.set_defaults(command=write)
     new.add_argument("assignment", metavar="NAME|FOLDER", help="a1 to a4, rt3, rt3_lights, or your own folder")
     new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
     new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")

@@ -1,14 +1,39 @@
-"""``taichi-tracer check``: what of an assignment is right, and the first wrong number of what is not."""
+"""Check your own solution of an assignment.
 
+A check runs in a process of its own: a part that gives no answer, or that ends its process, loses nothing but itself.
+The process prints what it finds, and tells its parent by a pipe which part it begins and what was found of it, see
+``teaching.telling``. The parent ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one
+for the parts that are left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no
+signal.
+"""
+
+import contextlib
+import json
 import os
+import select
+import signal
+import subprocess
+import sys
+import time
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.notes import USER_ERROR
 from taichi_tracer.system.argument_types import whole
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.processors import own_seconds
+from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, ResultLine, summary
 
-HELP = "check your own solution of an assignment"
+# A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
+# less than 6. The clock alone counts where the system does not tell the seconds of other processes.
+CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
+SILENCE = 4.0  # seconds of the clock, after which a terminal says what is done
+POLL = 0.1  # seconds between two looks
 PAGE = "check.html"
+NOT_RIGHT = 1  # the exit code if a part is not right
 
 
 def add_arguments(parser: Parser) -> None:
@@ -24,20 +49,16 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Check a folder; print each part as soon as it is known, and write a page."""
-    from taichi_tracer.apps import supervised
-    from taichi_tracer.teaching.telling import VARIABLE
-
     if os.name == "posix" and VARIABLE not in os.environ:
         given = (("--assignment", args.assignment), ("--seed", args.seed), ("--report", args.report))
         options = [word for name, value in given if value is not None for word in (name, str(value))]
         options += ["--debug"] * args.debug
-        return supervised.check(args.folder, args.names, options)
+        return supervise(args.folder, args.names, options)
     return run_here(args)
 
 
 def run_here(args: Namespace) -> int:
     """The same in this process, which tells its parent what it does, or writes the page itself if it has none."""
-    from taichi_tracer.apps.supervised import finished
     from taichi_tracer.files.disk import check_place
     from taichi_tracer.teaching.checking import assignment_of, check_folder
     from taichi_tracer.teaching.telling import Teller
@@ -57,3 +78,185 @@ def run_here(args: Namespace) -> int:
     report = check_folder(folder, args.names, args.seed, tell, args.assignment, teller)
     teller.tell(ends=True)
     return 0 if teller.has_parent else finished(report.assignment.title, target, report.result_lines())
+
+
+class EndedError(Exception):
+    """The process has ended in the middle of a part, or was ended; the message is for the student.
+
+    Args:
+        is_late: whether it was ended, because it has used up its time.
+    """
+
+    def __init__(self, reason: str, is_late: bool = False) -> None:
+        super().__init__(reason)
+        self.is_late = is_late
+
+
+class Supervised:
+    """A process that checks some parts.
+
+    Attributes:
+        about: its first line. found: what it found of parts. present: the part that runs; None if none does.
+        has_ended: whether it has done all that it had to do.
+    """
+
+    def __init__(self, words: Sequence[str], goes_on: bool) -> None:
+        reading, writing = os.pipe()
+        environment = {**os.environ, VARIABLE: str(writing), **({GOES_ON: "1"} if goes_on else {})}
+        command = [sys.executable, "-m", "taichi_tracer", "check", *words]
+        self.process = subprocess.Popen(command, env=environment, pass_fds=(writing,), start_new_session=True)
+        os.close(writing)
+        self._pipe, self._rest = reading, b""
+        self.about: dict[str, Any] = {}
+        self.found: list[ResultLine] = []
+        self.present: dict[str, Any] | None = None
+        self.has_ended = False
+        self._begin()
+
+    def run(self) -> int:
+        """Wait for it. Returns its exit code.
+
+        Raises:
+            EndedError: it has ended in the middle of a part, or this part has taken too long.
+        """
+        while self._is_open():
+            self._look()
+        code = self.process.wait()
+        if self.present is not None and code != USER_ERROR:  # the process has printed it
+            how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
+            raise EndedError(f"{self._where()}the process ended ({how}): does each path return what the caller needs?")
+        return code
+
+    def _is_open(self) -> bool:
+        """Read what has come; whether more may come."""
+        ready, _, _ = select.select([self._pipe], [], [], POLL)
+        if not ready:
+            return True
+        data = os.read(self._pipe, 1 << 16)
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines:
+            self._take(json.loads(line))
+        return bool(data)
+
+    def _take(self, facts: dict[str, Any]) -> None:
+        if "begins" in facts:
+            self.present = facts
+            self._begin()
+        elif "name" in facts:
+            self.found.append(ResultLine(**facts))
+            self.present = None
+            self._begin()
+        elif "ends" in facts:
+            self.has_ended = True
+        else:
+            self.about |= facts
+
+    def _begin(self) -> None:
+        self._is_silent, self._began, self._had_used = True, time.monotonic(), own_seconds([self.process.pid])
+
+    def _look(self) -> None:
+        """Look how long the present part has taken, or what comes before the first one."""
+        clock, used = time.monotonic() - self._began, own_seconds([self.process.pid]) - self._had_used
+        if self._is_silent and clock > SILENCE and sys.stderr.isatty():
+            what = f"{self.present['begins']} is compiled and run" if self.present else "the files are read"
+            print(f"  ... {what}", file=sys.stderr, flush=True)
+            self._is_silent = False
+        if used > CPU_SECONDS or clock > CLOCK_SECONDS:
+            seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
+            raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?", is_late=True)
+
+    def _where(self) -> str:
+        """Where the method of the present part stands."""
+        of = self.present or {}
+        return f"{of['file']}:{of['line']}: " if of.get("line") else ""
+
+    def left(self) -> list[str]:
+        """The names of the parts that it has not begun."""
+        begun = {one.name for one in self.found} | ({self.present["begins"]} if self.present else set())
+        return [name for name in self.about["points"] if name not in begun]
+
+    def end(self) -> None:
+        """End the process, and everything that it started."""
+        if self.process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
+        if self._pipe >= 0:
+            os.close(self._pipe)
+            self._pipe = -1
+
+
+def supervise(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
+    """Check a folder in processes of their own, one after the other if a part ends one, and write the page.
+
+    Args:
+        names: of parts; all if there are none. options: further words of the command.
+
+    Returns:
+        The exit code of the command.
+
+    Raises:
+        InputError: the files give no answer when they are read.
+    """
+    found: list[ResultLine] = []
+    with ending_by_signals():
+        while True:
+            one = Supervised([folder, *names, *options], goes_on=bool(found))
+            try:
+                code = one.run()
+                found += one.found
+                if not one.has_ended:
+                    return code
+                break
+            except EndedError as error:
+                if one.present is None:
+                    raise InputError(f"check: the files cannot be read: {error}") from None
+                found += [*one.found, lost(one, error)]
+                names = one.left()
+                if not names:
+                    break
+            finally:
+                one.end()
+    return finished(one.about["title"], Path(one.about["target"]), found)
+
+
+def lost(one: Supervised, error: EndedError) -> ResultLine:
+    """Print, and return, the result of a part that gave no answer."""
+    from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
+    from taichi_tracer.teaching.html_boxes import box, lines_of
+
+    name = (one.present or {})["begins"]
+    points = one.about["points"][name]
+    verdict = PartResult(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
+    print(*lines_of(name, points, verdict, 0.0), sep="\n", flush=True)
+    return ResultLine(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
+
+
+def finished(title: str, target: Path, found: Sequence[ResultLine]) -> int:
+    """Write the page, and print the summary. Returns the exit code."""
+    from taichi_tracer.files import page
+    from taichi_tracer.files.disk import replace_file
+    from taichi_tracer.teaching import html_boxes
+
+    text = summary(found)
+    body = [page.paragraph(text), *(one.html for one in found)]
+    replace_file(target, html_boxes.whole(title, body).encode())
+    print(f"{text}\n{target}")
+    return 0 if all(t.is_right for t in found) else NOT_RIGHT
+
+
+@contextlib.contextmanager
+def ending_by_signals() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end this process after those that it has started; the program otherwise leaves at once."""
+
+    def end(number: int, frame: object) -> None:
+        """End as a program does that a signal has ended."""
+        print("taichi-tracer: interrupted", file=sys.stderr)
+        sys.exit(128 + number)
+
+    former = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)

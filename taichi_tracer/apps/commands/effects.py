@@ -1,11 +1,14 @@
-"""``taichi-tracer effects``: its arguments."""
+"""What is compiled for a scene, why, and what the rest would cost."""
 
-from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, add_option, add_options, add_scene
+from argparse import Namespace
+from dataclasses import replace
+
+from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.names import find_estimator
+from taichi_tracer.apps.pictures import Request, request_of
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, RenderSettings, add_option, add_options, add_scene
 from taichi_tracer.system.argument_types import size
-
-HELP = "what is compiled for a scene, why, and what the rest would cost"
-run = later("info:run_effects")
 
 
 def add_arguments(parser: Parser) -> None:
@@ -16,3 +19,24 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--size", type=size, default=PICTURE_SIZE, metavar="WxH", help="pixels (default: %(default)s)")
     add_option(parser, "sampler")
     add_options(parser, CAMERA)
+
+
+def run(args: Namespace) -> int:
+    """Print the table of effects; 1 when a picture differs, which none should."""
+    from taichi_tracer.studies import effects
+
+    find_estimator(args.view)
+    settings = replace(RenderSettings.of(args), effects="scene")
+    scene, complete = (seen(request_of(replace(settings, effects=mode))) for mode in ("scene", "all"))
+    variants = effects.measure(scene, complete, args.view, *args.size, **settings.given("sampler"))
+    reasons = scene.effects.reasons
+    print("\n".join([*effects.table(variants, reasons), "", *scene.receipt()[len(reasons) :]]))
+    return 0 if all(v.is_equal for v in variants) else 1
+
+
+def seen(request: Request) -> SceneData:
+    """A scene, seen from where the camera of its first picture is."""
+    scene, picture = request.load(), request.pictures[0]
+    width, height = picture.settings.size
+    scene.view = picture.view_of(scene.view_for(width / height))
+    return scene

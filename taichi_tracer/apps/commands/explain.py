@@ -1,11 +1,25 @@
-"""``taichi-tracer explain``: its arguments."""
+"""Every number on the way from one pixel to its colour."""
 
-from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.settings import OF_PICTURE, OF_SCENE, add_option, add_scene
+from argparse import Namespace
+from collections.abc import Sequence
+
+import numpy as np
+
+from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.explain.explanation import Explanation
+from taichi_tracer.files import page
+from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import OF_PICTURE, OF_SCENE, RenderSettings, add_option, add_scene
 from taichi_tracer.system.argument_types import whole
+from taichi_tracer.system.errors import InputError
 
-HELP = "every number on the way from one pixel to its colour"
-run = later("explain:run")
+STYLE = """
+summary { cursor: pointer; } summary, details div { margin: 2px 0; } code { font-size: 0.9em; }
+em { color: var(--soft); } pre { overflow-x: auto; background: var(--band); padding: 8px; }
+"""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -28,3 +42,61 @@ def add_arguments(parser: Parser) -> None:
     add_option(which, "spp")
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
     parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
+
+
+def run(args: Namespace) -> int:
+    """Explain one sample of one pixel."""
+    request = request_of(RenderSettings.of(args))
+    check(args, request.pictures)
+    picture = request.pictures[0]
+    renderer_class, integrator = picture.views[0]
+    renderer = picture.make_renderer(renderer_class, request.load()).use(integrator)
+    samples = max(picture.target.spp, (args.sample or 0) + 1)
+    found = find(renderer, args, samples)
+    if found is None:
+        print(f"all {renderer.samples} samples of every pixel are finite")
+        return 0
+    if args.html is not None and renderer.film.samples == 0:
+        renderer.render(1)  # the thumbnail of the page
+    explanation = renderer.explain(*found, samples)
+    print(explanation)
+    for path, as_text in ((args.json, Explanation.to_json), (args.html, as_page)):
+        if path is not None:
+            replace_file(path, as_text(explanation).encode())
+            print(path)
+    return 0
+
+
+def check(args: Namespace, pictures: Sequence[Picture]) -> None:
+    """Raise an InputError unless one pixel of one picture is asked for, and the files can be written."""
+    if len(pictures) > 1 or len(pictures[0].views) > 1:
+        raise InputError("explain takes one picture: name one with --view or --estimator")
+    if (args.pixel is not None) + args.worst + args.non_finite != 1:
+        raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
+    for path in (args.json, args.html):
+        if path is not None:
+            check_place(path)
+
+
+def find(renderer: ProgressiveRenderer, args: Namespace, samples: int) -> tuple[int, int, int | None] | None:
+    """(column, row, sample) of what is to be explained; None if no sample is odd. It renders only what it must."""
+    if args.pixel is not None:
+        return (*args.pixel, args.sample or 0)
+    renderer.render(samples)
+    if args.worst:
+        errors = np.nan_to_num(renderer.error_image()).sum(axis=2)
+        row, column = np.unravel_index(int(errors.argmax()), errors.shape)
+        note(f"the largest standard error, {errors[row, column] / 3:.4g}, is in column {column}, row {row}")
+        return int(column), int(row), args.sample
+    places = renderer.film.non_finite_samples()
+    if not places:
+        return None
+    x, y, sample = places[0]
+    note(f"{renderer.non_finite} samples are not finite; the first is explained")
+    return x, renderer.height - 1 - y, sample - renderer.first_sample
+
+
+def as_page(explanation: Explanation) -> str:
+    """A page that needs no other file."""
+    title = f"Pixel ({explanation.column}, {explanation.row}), sample {explanation.sample}"
+    return page.page(title, [explanation._repr_html_()], STYLE)

@@ -1,10 +1,27 @@
-"""``taichi-tracer export``: its arguments."""
+"""Write a scene and its camera as RT3 XML."""
 
-from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.settings import ADVICE, OF_PICTURE, add_option, add_options, add_scene
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
 
-HELP = "write a scene and its camera as RT3 XML"
-run = later("export:run")
+import numpy as np
+
+from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.files import read
+from taichi_tracer.geometry import clean
+from taichi_tracer.instances import resolve_instances, view_of_mesh
+from taichi_tracer.options import lights_of
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
+from taichi_tracer.rt3.renderer import RT3Renderer
+from taichi_tracer.rt3.write import as_rt3
+from taichi_tracer.scene_data_loader import FILE, find_scene, orientation_and_view
+from taichi_tracer.settings import ADVICE, OF_PICTURE, RenderSettings, add_option, add_options, add_scene
+from taichi_tracer.system.errors import InputError
+
+SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 
 
 def add_arguments(parser: Parser) -> None:
@@ -13,3 +30,76 @@ def add_arguments(parser: Parser) -> None:
     add_option(parser, "up_axis")
     parser.add_argument("output", metavar="OUT.xml", help="file to write; the meshes stand in it, number by number")
     add_options(parser, ADVICE, *OF_PICTURE)
+
+
+def run(args: Namespace) -> int:
+    """Write the document; what it cannot say is a note on stderr."""
+    path = output_of(args)
+    request = request_of(RenderSettings.of(args))
+    document, up_axis, scene = request.document, args.up_axis, find_scene(args.scene)
+    if document is None:
+        mesh = read(scene)
+        document = Document(mesh, [], lights_of(mesh))
+    shots = [_shot(picture, document, scene, up_axis) for picture in request.pictures]
+    whole = resolve_instances(document.mesh)
+    if whole.has_pictures or whole.corner_color is not None:
+        note("textures and colours of vertices are not written: RT3 has none")
+    for text in whole.notes:
+        note(text)
+    text = as_rt3(replace(document, shots=shots), path)
+    part = path.with_name(f".{path.name}.part.xml")
+    try:
+        part.write_text(text, encoding="utf-8")
+        read_rt3(part)  # what is not read again is not left behind
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    finally:
+        part.unlink(missing_ok=True)
+    count = whole.num_primitives if whole.placed is None else whole.placed.starts[-1]
+    print(f"{path}: {count:,} primitives, {len(shots)} pictures, {len(text.encode()):,} bytes")
+    return 0
+
+
+def output_of(args: Namespace) -> Path:
+    """The file to write; InputError where it could not be written."""
+    path = Path(args.output)
+    if path.suffix.lower() != ".xml":
+        raise InputError(f"{path}: the ending must be .xml")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist")
+    return path
+
+
+def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None) -> Shot:
+    """One picture, as the command line changes it."""
+    old = picture.shot
+    width, height = picture.settings.size
+    view = _default_view(document, scene, up_axis, width / height) if old is None else old.view
+    film = FilmSettings() if old is None else old.film
+    integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
+    film = replace(film, width=width, height=height, crop_window=picture.settings.crop)
+    return Shot(picture.view_of(view), film, integrator)
+
+
+def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: float) -> dict:
+    """The camera of a mesh: that of ``load_scene_data``."""
+    up_axis, view = orientation_and_view(scene, document.mesh, FILE if up_axis is None else up_axis)
+    if view is not None and not callable(view):
+        return dict(view)
+    mesh = clean(resolve_instances(document.mesh), np.float64)
+    return (view or view_of_mesh)(mesh, up_axis, min(1.0, aspect))
+
+
+def _integrator_of(picture: Picture) -> IntegratorSettings:
+    """The integrator that shows what was asked for."""
+    renderer_class, shown = picture.views[0]
+    if issubclass(renderer_class, RT3Renderer):
+        return IntegratorSettings(shown.name)
+    if issubclass(renderer_class, A2Renderer):
+        return IntegratorSettings("direct", estimator=shown.name, spp=picture.target.spp)
+    if shown.name not in SAME_AS:
+        raise InputError(
+            f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."
+        )
+    return IntegratorSettings(SAME_AS[shown.name])

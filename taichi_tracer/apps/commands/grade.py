@@ -1,10 +1,23 @@
-"""``taichi-tracer grade``: its arguments."""
+"""Grade the submissions of an assignment."""
 
-from taichi_tracer.apps.grammar import Parser, later
+import csv
+import io
+import json
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.notes import note
+from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.argument_types import at_least_one, whole
-
-HELP = "grade the submissions of an assignment"
-run = later("grade:run")
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching.grading import class_page, gradescope, submissions
+from taichi_tracer.teaching.grading.grade import GradingSettings, grade_class
+from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level
+from taichi_tracer.teaching.grading.marks import Mark, most_points, to_json
 
 
 def add_arguments(parser: Parser) -> None:
@@ -41,3 +54,96 @@ def add_arguments(parser: Parser) -> None:
         action="store_true",
         help="grade nothing, but write the autograder of NAME as the second file, OUT.zip",
     )
+
+
+def run(args: Namespace) -> int:
+    """Grade, print a line for each submission, and write what was asked for."""
+    assignment = catalogue.load(args.assignment)
+    if assignment.is_sealed:
+        raise InputError(f"{args.assignment}: these are a student's checks: give the assignment with its solution")
+    if args.upload:
+        target = gradescope.write_upload(assignment, args.assignment, Path(args.path), args.seed)
+        print(target)
+        return 0
+    found = submissions.find(Path(args.path).expanduser(), assignment.files)
+    check_targets(args, found)
+    level = best_level(args.trust, args.container)
+    if level.name == "limits":
+        note("only limits isolate the submissions: grade only what you would run yourself (docs/teaching_security.md)")
+    settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
+    watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
+    marks = grade_class(assignment, found, settings, watch)
+    write(args, assignment, found, marks, settings)
+    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
+    return 0
+
+
+def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> None:
+    """Raise an InputError before anything runs, if a file could not be written in the end."""
+    if args.gradescope is not None and len(found) > 1:
+        raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
+    for path in (args.gradescope, args.csv):
+        if path is not None:
+            check_place(Path(path))
+    if args.report is not None:
+        if Path(args.report).is_file():
+            raise InputError(f"{args.report} is a file: give a folder for the report")
+        Path(args.report).mkdir(parents=True, exist_ok=True)
+
+
+def write(
+    args: Namespace,
+    assignment: Assignment,
+    found: Sequence[submissions.Submission],
+    marks: Sequence[Mark],
+    settings: GradingSettings,
+) -> None:
+    """Write the files that were asked for."""
+    if args.gradescope is not None:
+        text = gradescope.dumps(marks[0])
+        replace_file(Path(args.gradescope), text.encode())
+    if args.csv is not None:
+        replace_file(Path(args.csv), as_csv(marks).encode())
+    if args.report is not None:
+        page = class_page.write(Path(args.report), assignment, found, marks, settings)
+        if not args.json:
+            print(page)
+
+
+def line_of(mark: Mark) -> str:
+    """One submission in one line."""
+    head = f"{mark.student[:24]:<24} {mark.score:>6.4g} of {mark.points:<6.4g}"
+    if mark.refused:
+        return f"{head} refused: {mark.refused}"
+    return f"{head} {mark.right} of {len(mark.parts)} parts are right, {mark.seconds:.1f} s"
+
+
+def summary(marks: Sequence[Mark], level: IsolationLevel) -> str:
+    """The last line that is printed: the mean, and the isolation."""
+    mean = sum(mark.score for mark in marks) / len(marks)
+    plural = "s" * (len(marks) > 1)
+    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; isolation: {level}"
+
+
+def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> str:
+    """Everything as JSON."""
+    facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
+    facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}
+    return json.dumps(to_json(facts), indent=1)
+
+
+def as_csv(marks: Sequence[Mark]) -> str:
+    """A table with a row for each submission. A cell that a spreadsheet would take for a formula begins with '."""
+    file = io.StringIO()
+    rows = csv.writer(file, lineterminator="\n")
+    names = [part.name for part in marks[0].parts]
+    rows.writerow(["student", "file", "score", "points", *names, "refused", "imports"])
+    for mark in marks:
+        cells = [mark.student, mark.key, mark.score, mark.points, *(part.earned for part in mark.parts)]
+        rows.writerow([safe(cell) for cell in (*cells, mark.refused, "; ".join(mark.imports))])
+    return file.getvalue()
+
+
+def safe(cell: object) -> object:
+    """A cell that no spreadsheet takes for a formula: its text may come from a stranger."""
+    return f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

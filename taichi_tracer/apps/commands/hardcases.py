@@ -1,12 +1,10 @@
-"""``taichi-tracer hardcases``: whether hard cases stay stable on this machine, in every mode."""
+"""Do hard cases stay numerically stable, and what does that cost?"""
 
 from argparse import Namespace
 from pathlib import Path
 
 from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.settings import ADVICE, add_options
-
-HELP = "do hard cases stay numerically stable, and what does that cost"
 
 
 def add_arguments(parser: Parser) -> None:

@@ -1,12 +1,56 @@
-"""``taichi-tracer render``: its arguments."""
+"""Write pictures of a scene."""
 
-from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
-from taichi_tracer.apps.notes import PICTURE_FOLDER
+import io
+import math
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
+from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.notes import PICTURE_FOLDER, USER_ERROR, note
+from taichi_tracer.apps.pictures import Picture, Request
+from taichi_tracer.apps.render_request import note_linear, paths_of, render_of
+from taichi_tracer.apps.running import Interruption, written, written_bytes
+from taichi_tracer.files.disk import check_place
+from taichi_tracer.files.fonts import font_of
+from taichi_tracer.files.images import EIGHT_BITS, encode_png, save_image
+from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.integrators.path_settings import Bounces, in_words
+from taichi_tracer.picture.denoised import Changed
+from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.picture.progress import Target
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import BY_BOUNCE, DISPLAY, KEEPING, OF_PICTURE, OF_SCENE, TARGET, add_scene
+from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.argument_types import names, number
+from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.importing import import_quickly
+from taichi_tracer.system.stopwatch import READ, stage
+from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
-HELP = "write pictures of a scene"
-run = here_or_on_cluster("render")
+GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
+WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not printed
+SUM = "sum"  # the caption of the last picture of a contact sheet
+VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
+MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
+MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, a line says so
+MOST_PLACES = 3  # of samples that are not finite: how many are printed
+MOST_COLUMNS = 4  # pictures side by side
+GAP = 8  # pixels around each picture
+SMALLEST_TEXT = 14  # pixels: the height of letters that can be read
+TEXT_SHARE = 1 / 20  # of a picture's height: the size of the letters, in a large picture
+LINE = 1.6  # the height of a caption's line, as a multiple of the letters' size
+SHEET_BACKGROUND, TEXT = (24, 24, 24), (235, 235, 235)
+# On a cluster: a renderer, and (number of the picture, number of its view, bounces or None) → what takes the place of
+# ``renderer.render``.
+RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
 
 
 def add_arguments(parser: Parser) -> None:
@@ -51,3 +95,342 @@ def add_arguments(parser: Parser) -> None:
         action="store_true",
         help="tell where the time goes, from the start of Python to the file, in a table",
     )
+
+
+def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
+    """Render and write every view that was asked for.
+
+    Args:
+        elsewhere: who takes the samples on other machines; None takes them here.
+
+    Returns:
+        0; 2 when a file had to be written elsewhere; or, when a signal ended it with what was done by then, 128 and the
+        number of the signal: 130 for Ctrl-C.
+    """
+    if args.cluster is not None and elsewhere is None:
+        return load(f"{CLUSTER}:render")(args)
+    watch = stopwatch.start(args.started) if args.profile else None
+    try:
+        return run_watched(args, elsewhere, watch)
+    finally:
+        stopwatch.stop()
+
+
+def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stopwatch.Stopwatch | None) -> int:
+    """``run``, while a stopwatch runs if there is one."""
+    request = render_of(args)
+    paths = paths_of(request, args)
+    pictures = [path for views in paths for places in views for path in places.pictures]
+    if watch is not None:
+        check_profile(pictures)
+        watch.charge(stopwatch.IMPORTS)
+    for picture, views in zip(request.pictures, paths, strict=True):
+        note_linear(picture.display, [path for places in views for path in places.pictures])
+    if args.checkpoint is not None:
+        check_checkpoint(args.checkpoint, len(pictures))
+    clock = Clock(args.started)
+    scene = clock.load(request)
+    is_in_place = True
+    for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
+        made = {}
+        for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
+            if renderer_class not in made:
+                with stage(stopwatch.FILM):
+                    made[renderer_class] = picture.make_renderer(renderer_class, scene)
+            renderer = made[renderer_class].use(integrator.name)
+            shown = []
+            for path, bounces in zip(places.pictures, request.settings.bounces or (None,), strict=True):
+                if bounces is not None:
+                    renderer.bounces = bounces
+                render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
+                with Interruption(has_come=lambda: False) as interruption:  # nothing, until there are samples
+                    is_in_place &= make_picture(renderer, picture, args, path, clock, interruption, render)
+                if interruption.number is not None:
+                    of = "" if args.spp is None else f" of {args.spp}"
+                    print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
+                    return interruption.exit_code
+                if watch is not None:
+                    stopwatch.stop()
+                    from taichi_tracer.studies.profile import described
+
+                    print(described(watch, compiling.kernels(watch.started)), flush=True)
+                    continue
+                if args.against is not None:
+                    is_in_place &= write_against(renderer, picture, request, path)
+                shown.append(renderer.film.own_pixels(renderer.image()))
+            if places.sheet is not None:
+                is_in_place &= write_sheet(shown, request.settings.bounces, places.sheet, picture)
+    return 0 if is_in_place else USER_ERROR
+
+
+def check_checkpoint(checkpoint: str, count: int) -> None:
+    """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
+    if count > 1:
+        raise InputError(f"--checkpoint {checkpoint} is one file for {count} pictures: ask for one")
+    check_place(checkpoint)
+
+
+def check_profile(pictures: Sequence[Path]) -> None:
+    """Raise an InputError unless one picture is asked for."""
+    if len(pictures) > 1:
+        raise InputError(f"--profile tells where the time of one picture goes, not of {len(pictures)}: ask for one")
+    from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
+
+
+def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> bool:
+    """Write how a picture of a student's files differs from the package's own; False if it went elsewhere."""
+    course = import_quickly("taichi_tracer.course.use").in_use()
+    if course is None:
+        raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
+
+    def rendered() -> np.ndarray:
+        made = picture.make_renderer(type(renderer), request.load()).use(renderer.active.name)
+        return np.asarray(made.render(renderer.samples).image())
+
+    with course.reference():
+        expected = rendered()
+    difference = np.abs(np.asarray(renderer.image()) - expected)
+    factor = 1 / max(float(difference.max()), LEAST_SHOWN)
+    place = written_bytes(against_path(path), encode_png(difference * factor, srgb=False))
+    what = f"the difference from the reference is {described_difference(difference)}"
+    print(f"{place}: {what}; it is shown {factor:.3g} times as bright", flush=True)
+    if difference.max() > VISIBLE:
+        for file in course.files:
+            with course.only(file):
+                print(f"  {file} alone: {described_difference(np.abs(rendered() - expected))}", flush=True)
+    return place == against_path(path)
+
+
+def described_difference(difference: np.ndarray) -> str:
+    """How much a picture differs from the reference."""
+    differs = (difference > VISIBLE).any(axis=-1)
+    of = f"{differs.sum():,} of {differs.size:,} pixels differ by more than 1/255"
+    return f"at most {difference.max():.3g}, {difference.mean():.3g} on average; {of}"
+
+
+def against_path(picture: Path) -> Path:
+    """The picture of the difference that belongs to a picture."""
+    return picture.with_name(f"{picture.stem}_against_reference.png")
+
+
+def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: Picture) -> bool:
+    """Write pictures by bounce and their sum side by side, all with the same exposure; False if it went elsewhere."""
+    captions = [*map(in_words, bounces), SUM]
+    shown = [to_bytes(image, picture.is_encoded, picture.display) for image in (*images, sum(images))]
+    place = written_bytes(path, contact_sheet(shown, captions))
+    print(f"{place}: {', '.join(captions)}", flush=True)
+    return place == path
+
+
+def contact_sheet(pictures: list[np.ndarray], captions: list[str]) -> bytes:
+    """A PNG file with all pictures, in rows of up to four.
+
+    A column is as wide as its pictures, or as the longest caption.
+
+    Args:
+        pictures: (height, width, 3) uint8, all of the same size, top row first.
+        captions: one line for each of them.
+    """
+    from PIL import Image, ImageDraw
+
+    height, width = pictures[0].shape[:2]
+    size = max(SMALLEST_TEXT, round(TEXT_SHARE * height))
+    font = font_of(size)
+    line = round(LINE * size)
+    column = GAP + max(width, *(int(np.ceil(font.getlength(caption))) for caption in captions))
+    columns = balanced(len(pictures))
+    rows = -(-len(pictures) // columns)
+    sheet = Image.new("RGB", (columns * column + GAP, rows * (height + line + GAP) + GAP), SHEET_BACKGROUND)
+    pen = ImageDraw.Draw(sheet)
+    for i, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
+        x, y = GAP + i % columns * column, GAP + i // columns * (height + line + GAP)
+        middle = x + (column - GAP) // 2
+        sheet.paste(Image.fromarray(picture), (middle - width // 2, y))
+        pen.text((middle, y + height + line // 2), caption, fill=TEXT, font=font, anchor="mm")
+    content = io.BytesIO()
+    sheet.save(content, "PNG")
+    return content.getvalue()
+
+
+def balanced(count: int) -> int:
+    """The number of columns of a sheet: up to four, and rows that are as full as possible."""
+    rows = -(-count // MOST_COLUMNS)
+    return -(-count // rows)
+
+
+def make_picture(
+    renderer: ProgressiveRenderer,
+    picture: Picture,
+    args: Namespace,
+    path: Path,
+    clock: "Clock",
+    interruption: Interruption,
+    render: Callable[..., object],
+) -> bool:
+    """Render and write a picture, as far as it came; False where something had to be written elsewhere.
+
+    Args:
+        clock: knows how long everything before took.
+        render: ``renderer.render``, or what takes its place.
+
+    Raises:
+        InputError: the rendering ended before its targets; what came is written, and the message says how to go on.
+    """
+    renderer.reset()
+    interruption.has_come = lambda: renderer.samples > 0
+    interruption.keep = lambda: write_so_far(renderer, picture, path)
+    channels = renderer.channels(args.aov)  # first, because the picture may take hours
+    keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
+    incomplete = None
+    try:
+        add_samples(renderer, keeper, picture.target, interruption, render)
+    except IncompleteError as error:
+        incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
+    is_in_place = keeper.is_in_place
+    if renderer.samples > 0:
+        with stage(stopwatch.WRITE, waits=True):
+            changed = changed_picture(renderer, args)
+            image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
+            encoding = encoding_of(renderer, picture)
+            place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
+        times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
+        what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
+        print(f"{place}: {what} ({times})", flush=True)
+        report_non_finite(renderer)
+        report_missed_error(renderer, interruption)
+        report_better(renderer, picture.target)
+        report_darkness(renderer, image, place)
+        report_fireflies(renderer)
+        for text in renderer.notes():
+            note(text)
+        is_in_place &= place == path
+    if incomplete is not None:
+        raise incomplete
+    return is_in_place
+
+
+def changed_picture(renderer: ProgressiveRenderer, args: Namespace) -> Changed | None:
+    """What is written in place of the picture, with its error; None where the picture is."""
+    if args.clamp is not None:
+        return renderer.clamped(args.clamp)
+    return renderer.denoised() if args.denoise else None
+
+
+def write_so_far(renderer: ProgressiveRenderer, picture: Picture, path: Path) -> None:
+    """Write what there is of a picture, before a time in which no signal is seen."""
+    image, encoding = renderer.film.own_pixels(renderer.image()), encoding_of(renderer, picture)
+    written(path, lambda one: save_image(one, image, **encoding))
+
+
+def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, Any]:
+    """How the picture of a renderer is written."""
+    return renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
+
+
+class Clock:
+    """What a user waits for, from the key press on.
+
+    Args:
+        started: the value of ``time.perf_counter`` at the key press.
+
+    Attributes:
+        before: what the program took before the first picture, in words.
+    """
+
+    def __init__(self, started: float) -> None:
+        self.started, self.before = started, ""
+        self._saved_before = compiling.seconds_to_save()  # by other commands of this process
+
+    def load(self, request: Request) -> SceneData:
+        """Load a scene, and remember how long that took."""
+        start = time.perf_counter()
+        with stage(READ, waits=True):
+            loaded = request.load()
+        self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
+        return loaded
+
+    def total(self, renderer: ProgressiveRenderer) -> str:
+        """Everything until now; and what the same would take again, where kernels were compiled that are kept."""
+        total, saved = time.perf_counter() - self.started, compiling.seconds_to_save() - self._saved_before
+        text = f"total {total:.2f} s"
+        return text if saved < WORTH_TELLING else f"{text}, a second run about {total - saved:.2f} s"
+
+
+def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
+    """A line on how long a picture of ``GOOD`` takes, if nobody has said when this one ends, and it is worse.
+
+    The square of the error falls as 1/n with n samples.
+    """
+    progress, error = renderer.progress, renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
+    if target.is_usual and error > GOOD:
+        seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
+        note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
+
+
+def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruption) -> None:
+    """A line if the rendering has ended before it reached the error that was asked for."""
+    progress = renderer.progress
+    target = progress.target.error
+    if target is None or progress.has_reached_error or not renderer.is_random or progress.samples == 0:
+        return
+    if interruption.number is not None:
+        return  # the user knows what has ended it
+    limits = [f"--{name} {getattr(progress.target, name):g}" for name in ("spp", "time")
+              if getattr(progress.target, name) is not None]  # fmt: skip
+    note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")
+
+
+def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path) -> None:
+    """A line if nearly all of the light in a picture is too dim to be seen in a file of 8 bits."""
+    if not renderer.srgb or renderer.has_own_display or path.suffix.lower() not in EIGHT_BITS:
+        return
+    share = share_in_the_dark(image, renderer.display)
+    if share >= MOSTLY_DARK:
+        advice = f"try --exposure {fitting_exposure(image)}"
+        note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
+
+
+def report_fireflies(renderer: ProgressiveRenderer) -> None:
+    """A line if a few pixels hold most of the error: light that seldom is found made them much too bright."""
+    if not renderer.srgb or not renderer.is_random or renderer.samples < MANY_SAMPLES:
+        return
+    squares = np.nan_to_num(renderer.film.own_pixels(renderer.film.variance_of_mean()).sum(axis=2)).ravel()
+    few = max(1, int(FEW_PIXELS * squares.size))
+    largest = np.sort(np.partition(squares, -few)[-few:])[::-1].cumsum()
+    count = int(np.searchsorted(largest, squares.sum() / 2)) + 1
+    if squares.any() and count <= len(largest) < squares.size:
+        where = f"{count:,} of {squares.size:,} pixels, which are fireflies"
+        note(
+            f"half of the squared error lies in {where}: light that samples seldom find (docs/paths.md says what helps)"
+        )
+
+
+def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
+    """Size and samples."""
+    of_pixels = " on average" if renderer.shares.are_kept else ""
+    return f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp{of_pixels}"
+
+
+def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
+    """Size, samples, and the error where there is one."""
+    text = describe_size(renderer, image)
+    error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
+    return text if error is None or math.isnan(error) else f"{text}, error {error}"
+
+
+def describe_times(renderer: ProgressiveRenderer) -> str:
+    """How long compiling and rendering took."""
+    progress = renderer.progress
+    if progress.samples == 0:
+        return "no more samples were needed"
+    if progress.samples == 1:
+        return f"first sample with compiling {progress.seconds:.2f} s"
+    return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
+
+
+def report_non_finite(renderer: ProgressiveRenderer) -> None:
+    """A line on samples that were left out because they were not finite, if there were any (C-20)."""
+    if renderer.non_finite > 0:
+        found = renderer.film.non_finite_samples()[:MOST_PLACES]
+        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
+        note(f"{renderer.non_finite} samples were not finite, not added: {places}")

@@ -1,12 +1,63 @@
-"""``taichi-tracer samples``: its arguments."""
+"""Where samples of the light go."""
 
-from taichi_tracer.apps.grammar import Parser, later
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import PICTURE_FOLDER
+from taichi_tracer.apps.running import written_bytes
+from taichi_tracer.environment import load_environment
+from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
 from taichi_tracer.settings import ADVICE, add_options
+from taichi_tracer.studies import samples
+from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, number, size, whole
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.registry import PARTS
 
-HELP = "where samples of the light go"
-run = later("samples:run")
+IMAGES = (".hdr", ".exr", ".pfm", ".npy", ".png", ".jpg", ".jpeg")
+TOP = 5  # lamps of each choice in the table
+
+
+def check(args: Namespace, is_environment: bool) -> None:
+    """Raise an InputError for what cannot be sampled; the folder is made, and the pictures can be written there."""
+    samples.check_count(args.count)
+    for name, value in (("point", args.point), ("normal", args.normal)):
+        if value is not None and is_environment:
+            raise InputError(f"--{name} belongs to a scene: {args.what} is an environment, the same from every point")
+        if value is not None and not np.isfinite(value).all():
+            raise InputError(f"--{name} must be three finite numbers, not {' '.join(f'{x:g}' for x in value)}")
+    if args.normal is not None and not np.any(args.normal):
+        raise InputError("--normal must not be 0 0 0")
+    make_folder(Path(args.output), f"--output {args.output}")
+    kinds = (samples.UNIFORM, samples.IMPORTANCE) if is_environment else (*PARTS.names("lamp choice"), "shares")
+    for name in kinds:
+        check_place(path_of(args, name))
+
+
+def path_of(args: Namespace, name: str) -> Path:
+    """The place of a picture."""
+    return Path(args.output) / f"samples_{Path(args.what).stem}_{name}.png"
+
+
+def names_environment(what: str) -> bool:
+    """Whether a word leads to an environment; if not, it leads to a scene.
+
+    Raises:
+        InputError: it leads to neither.
+    """
+    if what in shipped_environments() or Path(what).suffix.lower() in IMAGES:
+        return True
+    if what not in scene_names() and Path(what).suffix == "":
+        known = [*shipped_environments(), *scene_names(), "or the path of an image or a scene"]
+        raise one_of("environment or scene", what, known)
+    find_scene(what)
+    return False
 
 
 def add_arguments(parser: Parser) -> None:
@@ -34,3 +85,64 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "-o", "--output", default=PICTURE_FOLDER, metavar="DIR", help="folder for the pictures (default: %(default)s)"
     )
+
+
+def run(args: Namespace) -> int:
+    """Take the samples, print the tables, and write the pictures."""
+    is_environment = names_environment(args.what)
+    check(args, is_environment)
+    lines, pictures = of_environment(args) if is_environment else of_scene(args)
+    print("\n".join(lines))
+    for name, content in pictures.items():
+        print(f"wrote {written_bytes(path_of(args, name), content)}")
+    return 0
+
+
+def of_environment(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
+    """(lines of text, name → PNG) for an environment."""
+    environment = load_environment(args.what)
+    runtime.ensure()
+    with progress(2 * args.count) as bar:
+        found = samples.environment_counts(environment, args.count, args.size, args.seed, bar.update)
+    title = f"{Path(args.what).stem}, {environment.width}x{environment.height}"
+    lines = [f"{title}: {args.count:,} samples, counted in {args.size[0]}x{args.size[1]} cells", ""]
+    lines += samples.map_table(found)
+    return lines, maps(args, found)
+
+
+def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
+    """(lines of text, name → PNG) for the lamps of a scene."""
+    scene = load_scene_data(args.what)
+    point, normal = args.point, args.normal
+    if point is None:
+        point, found_normal = samples.centre_of_view(scene)
+    else:
+        found_normal = samples.normal_at(scene, point)
+    normal = found_normal if normal is None else np.asarray(normal) / np.linalg.norm(normal)
+    with progress(len(PARTS.all("lamp choice")) * args.count) as bar:
+        found = samples.lamp_counts(scene, point, normal, args.count, args.size, args.seed, bar.update)
+    where = f"from {vector(point)} with the normal {vector(normal)}"
+    lines = [f"{Path(args.what).stem}, {scene.lamps.count:,} lamps: {args.count:,} samples {where}", ""]
+    lines += [*samples.choice_table(found), "", *samples.top_table(found, scene, TOP), ""]
+    lines += [
+        "effective: as many lamps with equal shares have the same entropy, which is in bits.",
+        "deviation: of one sample of the light that arrives if nothing blocks it, relative to the mean.",
+    ]
+    title = f"{Path(args.what).stem}: shares of the lamps"
+    return lines, maps(args, found) | {"shares": samples.shares_png(found, title)}
+
+
+def maps(args: Namespace, found: list[samples.Counts]) -> dict[str, bytes]:
+    """Name → PNG of each map; all have the same scale."""
+    brightest, of = max(one.cells.max() for one in found), Path(args.what).stem
+    return {one.name: samples.map_png(one, int(brightest), f"{of}: {one.total:,} samples, {one.name}") for one in found}
+
+
+def progress(total: int) -> tqdm:
+    """A bar on stderr, if that is a terminal."""
+    return tqdm(total=total, unit=" samples", unit_scale=True, disable=None, leave=False)
+
+
+def vector(values) -> str:
+    """Three numbers in brackets."""
+    return "(" + ", ".join(f"{round(float(x), 4) + 0.0:g}" for x in values) + ")"

@@ -1,11 +1,39 @@
-"""``taichi-tracer turntable``: its arguments."""
+"""Turn the camera about the scene, into a film.
 
-from taichi_tracer.apps.grammar import Parser, add_cluster_option, here_or_on_cluster
-from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, add_scene
+Each frame has the bits of the picture that ``render`` makes from the same point.
+"""
+
+import io
+import math
+import tempfile
+from argparse import Namespace
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from taichi_tracer.apps.commands.render import Clock, describe, encoding_of
+from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
+from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.notes import USER_ERROR, note
+from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.apps.running import Interruption, written, written_bytes
+from taichi_tracer.camera_controller import Pose, rotate
+from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.files.images import save_image
+from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, RenderSettings, add_scene
 from taichi_tracer.system.argument_types import at_least_one, number, positive
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.display import Display
 
-HELP = "turn the camera about the scene, into a film"
-run = here_or_on_cluster("turntable")
+VIDEO = 'pip install "taichi_tracer[video]"'
+QUALITY = 8  # of a film, from 0 to 10
+# What takes the place of ``renderer.render`` for the frame of an eye, on a cluster.
+RendersFrame = Callable[[ProgressiveRenderer, np.ndarray], Callable[..., object]]
 
 
 def add_arguments(parser: Parser) -> None:
@@ -32,3 +60,143 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--fps", type=positive, metavar="F", default=20.0, help="frames per second of the film (default: %(default)g)"
     )
+
+
+def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
+    """Render the frames and write them; after Ctrl-C, those that are done.
+
+    Args:
+        elsewhere: who takes the samples on other machines; None takes them here.
+    """
+    if args.cluster is not None and elsewhere is None:
+        return load(f"{CLUSTER}:turntable")(args)
+    request = request_of(RenderSettings.of(args))
+    pictures = request.pictures
+    if len(pictures) > 1 or len(pictures[0].views) > 1:
+        raise InputError("turntable: one picture for each frame: name one view, or a scene file with one film")
+    picture, output = pictures[0], Path(args.output)
+    check_output(output)
+    clock = Clock(args.started)
+    scene = clock.load(request)
+    (renderer_class, integrator), *_ = picture.views
+    renderer = picture.make_renderer(renderer_class, scene).use(integrator.name)
+    frames: list[np.ndarray] = []
+    places: list[Path] = []
+    with Interruption() as interruption:
+        for k, eye in enumerate(eyes_of(Pose.of(renderer.camera), args.frames, args.degrees)):
+            render = renderer.render if elsewhere is None else elsewhere(renderer, eye)
+            image = frame_of(renderer, picture, eye, interruption, render)
+            if interruption.number is not None:
+                break
+            if is_folder(output):
+                place = output / f"frame_{k:0{len(str(args.frames - 1))}d}.png"
+                encoding = encoding_of(renderer, picture)
+                places.append(written(place, partial(save_image, image=image, **encoding)))
+            else:
+                frames.append(shown(renderer, picture, image))
+            print(f"frame {k + 1} of {args.frames}: {describe(renderer, image)}", flush=True)
+    if frames:
+        places = [written_film(output, frames, args.fps)]
+    if places:
+        count = len(frames) or len(places)
+        print(f"{places[0] if frames else output}: {count} frames ({clock.before}, {clock.total(renderer)})")
+    if interruption.number is not None:
+        note(f"{interruption.word} after {len(frames) or len(places)} of {args.frames} frames")
+        return interruption.exit_code
+    return (
+        0 if all(place.parent == (output if is_folder(output) else output.parent) for place in places) else USER_ERROR
+    )
+
+
+def check_output(output: Path) -> None:
+    """Raise an InputError unless the film can be written there later."""
+    if is_folder(output):
+        make_folder(output, f"-o {output}")
+        return
+    if output.suffix.lower() not in WRITERS:
+        raise InputError(f"-o {output}: a film is .gif or .mp4, or a folder without an ending takes the frames")
+    check_place(output)
+    if output.suffix.lower() == ".mp4":
+        encoder()
+
+
+def is_folder(output: Path) -> bool:
+    """Whether each frame is a file of its own."""
+    return output.suffix == "" or output.is_dir()
+
+
+def eyes_of(pose: Pose, count: int, degrees: float) -> list[np.ndarray]:
+    """(3,) where the eye is in each frame; a whole turn ends one step before it began."""
+    up = pose.up / np.linalg.norm(pose.up)
+    angles = np.arange(count) * math.radians(degrees) / count
+    return [pose.at + rotate(pose.eye - pose.at, up, float(angle)) for angle in angles]
+
+
+def frame_of(
+    renderer: ProgressiveRenderer,
+    picture: Picture,
+    eye: np.ndarray,
+    interruption: Interruption,
+    render: Callable[..., object],
+) -> np.ndarray:
+    """The picture from a point: linear, as far as it came."""
+    renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
+    renderer.reset()
+    add_samples(renderer, Keeper(renderer, None, math.inf), picture.target, interruption, render)
+    return renderer.film.own_pixels(renderer.image())
+
+
+def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) -> np.ndarray:
+    """(h, w, 3) uint8: a frame as a file of 8 bits shows it."""
+    encoding = encoding_of(renderer, picture)
+    return to_bytes(image, encoding["srgb"], Display(encoding["exposure"], encoding["tone"]))
+
+
+# ── films ──
+
+
+def written_film(output: Path, frames: list[np.ndarray], fps: float) -> Path:
+    """Where a film was written."""
+    return WRITERS[output.suffix.lower()](output, frames, fps)
+
+
+def written_gif(output: Path, frames: list[np.ndarray], fps: float) -> Path:
+    """Where a GIF was written, which is shown again and again. All frames have the colours that suit the first ones."""
+    pictures = [Image.fromarray(frame) for frame in frames]
+    some = np.concatenate(frames[:: max(1, len(frames) // 4)])
+    palette = Image.fromarray(some).quantize(256, method=Image.Quantize.MEDIANCUT)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for one in pictures)
+    content = io.BytesIO()
+    first.save(content, "GIF", save_all=True, append_images=others, duration=1000 / fps, loop=0)
+    return written_bytes(output, content.getvalue())
+
+
+def written_mp4(output: Path, frames: list[np.ndarray], fps: float) -> Path:
+    """Where an MP4 was written (H.264). An odd side gets one more row or column: the format knows none."""
+    height, width = frames[0].shape[:2]
+    edges = (0, height % 2), (0, width % 2), (0, 0)
+    size = width + width % 2, height + height % 2
+
+    def write(place: Path) -> None:
+        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".") as folder:
+            part = Path(folder) / place.name
+            film = encoder().write_frames(str(part), size, fps=fps, quality=QUALITY, macro_block_size=2)
+            film.send(None)
+            for frame in frames:
+                film.send(np.ascontiguousarray(np.pad(frame, edges, "edge")))
+            film.close()
+            part.replace(place)
+
+    return written(output, write)
+
+
+def encoder():
+    """The module that writes films; an InputError if it is not installed."""
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise InputError(f".mp4 needs imageio-ffmpeg: {VIDEO}, or write a .gif, or the frames into a folder") from None
+    return imageio_ffmpeg
+
+
+WRITERS = {".gif": written_gif, ".mp4": written_mp4}

@@ -1,11 +1,18 @@
-"""``taichi-tracer view``: its arguments."""
+"""Open the interactive window.
 
-from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, add_scene
+``--browser`` serves the picture to a browser instead.
+"""
+
+import sys
+from argparse import Namespace
+
+from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.page.server import serve
+from taichi_tracer.apps.page.session import Session
+from taichi_tracer.apps.pictures import first_renderer
+from taichi_tracer.apps.viewer import show
+from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, RenderSettings, add_scene
 from taichi_tracer.system.argument_types import whole
-
-HELP = "open the interactive window"
-run = later("viewer:run")
 
 
 def add_arguments(parser: Parser) -> None:
@@ -20,3 +27,14 @@ def add_arguments(parser: Parser) -> None:
         metavar="PORT",
         help="with --browser: a port of another machine that leads here, if its number is another one",
     )
+
+
+def run(args: Namespace) -> int:
+    """The window of the renderer that offers the view asked for."""
+    settings = RenderSettings.of(args)
+    renderer = first_renderer(settings, begins_lit=args.browser)
+    if args.browser:
+        session = Session(renderer, settings)
+        session.warm_up()
+        return serve(session, forwarded=args.forwarded)
+    return show(renderer, settings=settings, offers_browser=sys.stdout.isatty(), all_views=settings.view is None)
