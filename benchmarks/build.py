@@ -1,17 +1,16 @@
 """The build of the hierarchy, compared with Embree and Mitsuba 3: time, and bytes per triangle.
 
-python -m benchmarks.build [TRIANGLES | FILE ...]
+python -m benchmarks.build [TRIANGLES ...]
 """
 
 import sys
 
 import taichi_tracer as tt
-from benchmarks.measure import describe_machine, interleaved, ratio_table
-from benchmarks.meshes import from_arguments
+from benchmarks.helper import describe_machine, interleaved, meshes_of, ratio_table
 from benchmarks.peers import MitsubaScene, embree_scene
 from taichi_tracer.intersectors.wide_bvh import WideBVH
 
-RUNS = 5  # builds of each candidate
+SIZES = 82_000, 1_300_000
 
 
 def measure(name: str, vertices, faces) -> str:
@@ -29,16 +28,13 @@ def measure(name: str, vertices, faces) -> str:
         embree_scene(vertices, faces).run(one, one)  # Embree builds its tree when it is first used
 
     candidates = {"embreex": embree, "Mitsuba llvm": lambda: MitsubaScene(vertices, faces), "taichi_tracer": ours}
-    table = ratio_table(f"{name}: build", interleaved(candidates, RUNS), "embreex", "ms")
+    text = ratio_table(f"{name}: build", interleaved(candidates), "embreex", "ms")
     tree = trees[0]
-    return table + f"\nmemory: {tree.bytes / tree.num_leaf_triangles:.0f} bytes per triangle, depth {tree.depth}\n"
-
-
-def report(arguments: list[str]) -> str:
-    """The tables for every requested mesh."""
-    tt.init(arch="auto")
-    return "".join(measure(name, *mesh) for name, mesh in from_arguments(arguments).items())
+    return text + f"\nmemory: {tree.bytes / tree.num_leaf_triangles:.0f} bytes per triangle, depth {tree.depth}\n"
 
 
 if __name__ == "__main__":
-    print(describe_machine() + report(sys.argv[1:]))
+    print(describe_machine())
+    tt.init(arch="auto")
+    for mesh_name, mesh in meshes_of(sys.argv[1:], SIZES).items():
+        print(measure(mesh_name, *mesh))

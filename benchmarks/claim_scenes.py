@@ -159,13 +159,8 @@ def indirect() -> tt.SceneData:
     """A closed room whose lamp shines onto the ceiling."""
     parts = Parts(eye=(0, 1, 1.8), at=(0, 0.9, 0))
     wall = parts.matte(0.7)
-    for centre, normal in (
-        ((0, 0, 0), (0, 1, 0)),
-        ((0, 2, 0), (0, -1, 0)),
-        ((0, 1, -1), (0, 0, 1)),
-        ((0, 1, 2), (0, 0, -1)),
-    ):
-        parts.square(wall, centre, normal, 2)
+    parts.square(wall, (0, 0, 0), (0, 1, 0), 2).square(wall, (0, 2, 0), (0, -1, 0), 2)
+    parts.square(wall, (0, 1, -1), (0, 0, 1), 2).square(wall, (0, 1, 2), (0, 0, -1), 2)
     parts.square(wall, (-1, 1, 0), (1, 0, 0), 2).square(wall, (1, 1, 0), (-1, 0, 0), 2)
     return parts.square(parts.lamp(60), (0.3, 1.7, -0.2), (0, 1, 0), 0.1).scene()
 

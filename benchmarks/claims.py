@@ -1,33 +1,25 @@
 """Do claims of errors hold where light is hard to find? On scenes that had no part in choosing anything.
 
 python -m benchmarks.claims cells [SCENE ...]
-    Every estimator of A3 and A4, at 1, 3 and 8 bounces, 16 and 64 samples; and pictures that are adaptive, cropped,
-    merged of two halves, or continued from a file. A cell fails if fewer than 90 % of its renders hold the truth, or if
-    more than 1 % are wrong by more than twice: a render that says "unknown" is not wrong.
+    Every estimator of A3 and A4, at 1, 3 and 8 bounces, 16 and 64 samples; and pictures that are adaptive or cropped. A
+    cell fails if fewer than 90 % of its renders hold the truth, or if more than 1 % are wrong by more than twice: a
+    render that says "unknown" is not wrong.
 python -m benchmarks.claims stops [SCENE ...]
     Renderings to an error of 5 and 2 %: does one end although its true error is larger?
-python -m benchmarks.claims references [SCENE ...]
-    Is the reference the same picture as Mitsuba's? By blocks of pixels.
 python -m benchmarks.claims pictures [FILE.png]
     Four claims that samples alone would get wrong, each with its picture above the true one.
 """
 
 import math
 import sys
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 import taichi_tracer as tt
 from benchmarks.claim_scenes import SCENES
-from benchmarks.error import Cell
-from benchmarks.measure import describe_machine
-from taichi_tracer.files.checkpoint import EXTENSION
-from taichi_tracer.picture.bias import blocks_of, shift_of
+from benchmarks.helper import describe_machine
 from taichi_tracer.picture.metrics import relative_rmse
 
 SIZE, SPP, RENDERS = 48, (16, 64), 100
@@ -35,8 +27,6 @@ CROP = (11, 40, 8, 43)  # pixels
 REFERENCE_SPP, REFERENCE_SEED = 8192, 10**6
 LEAST_INSIDE, MOST_WRONG = 0.9, 0.01
 TARGETS, STOPS, SECONDS = (0.05, 0.02), 4, 2.0
-PICTURES, PICTURE_SPP = 8, 1024  # of the project and of Mitsuba, whose spread tells their errors
-FINER = 8  # texels of the sky for Mitsuba, which interpolates between them
 
 
 @dataclass(frozen=True)
@@ -45,7 +35,7 @@ class Way:
 
     Attributes:
         estimator: its name. bounces: of paths; 0 for direct light.
-        how: "adaptive", "crop", "merged" or "continued"; an empty text for nothing of these.
+        how: "adaptive", "crop", or an empty text for neither.
     """
 
     estimator: str
@@ -69,7 +59,7 @@ class Way:
 
 DIRECT = tuple(Way(name) for name in ("mis", "environment", "brdf"))
 PATHS = tuple(Way("path", n) for n in (1, 3, 8)) + (Way("explicit", 3), Way("implicit", 3))
-OTHERS = tuple(Way(*of, how) for of in (("mis", 0), ("path", 3)) for how in ("adaptive", "crop", "merged", "continued"))
+OTHERS = tuple(Way(*of, how) for of in (("mis", 0), ("path", 3)) for how in ("adaptive", "crop"))
 SHOWN = (  # with their seeds
     ("small_in_view", Way("mis"), 1),
     ("above_glass", Way("path", 8), 2),
@@ -95,56 +85,35 @@ class References:
         return self.found[way.bounces]
 
 
-def grown(way: Way, scene: tt.SceneData) -> Callable:
-    """What makes the pictures of a seed with each of ``SPP`` samples, one after the other, and yields renderers."""
-    renderer = way.renderer(scene)
+@dataclass
+class Cell:
+    """The errors of many renders of one cell: (n,) arrays of what was stated and of the truth.
 
-    def one_after_the_other(seed: int):
-        renderer.seed = seed
-        renderer.begin_anew()
-        done = 0
-        for samples in SPP:
-            yield renderer.render(samples - done)
-            done = samples
+    ``reference`` is the error of the reference. What is smaller than twice this error cannot be judged: in a room whose
+    samples are all alike, a picture is more exact than its reference.
+    """
 
-    return one_after_the_other
+    stated: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    true: np.ndarray
+    reference: float
 
+    @property
+    def is_inside(self) -> np.ndarray:
+        """Whether the interval contains the truth; a render that says "unknown" is not wrong."""
+        return ~(self.true > np.hypot(self.high, 2 * self.reference)) & ~(self.true < self.low - 2 * self.reference)
 
-def merged(way: Way, scene: tt.SceneData) -> Callable:
-    """The same, where two renderers take one half of the samples each."""
-    first = way.renderer(scene)
-    seconds = {samples: way.renderer(scene, first_sample=samples // 2) for samples in SPP}
+    @property
+    def width(self) -> float:
+        """The median of the upper end over the truth."""
+        judged = self.true > 2 * self.reference
+        return float(np.nanmedian(self.high[judged] / self.true[judged])) if judged.any() else math.nan
 
-    def both(seed: int):
-        for samples in SPP:
-            for renderer in (first, seconds[samples]):
-                renderer.seed = seed
-                renderer.begin_anew()
-                renderer.render(samples // 2)
-            first.film.merge(seconds[samples].film)
-            yield first
-
-    return both
-
-
-def continued(way: Way, scene: tt.SceneData) -> Callable:
-    """The same, where one renderer writes half of the samples into a file, and another one goes on from there."""
-    first, second = way.renderer(scene), way.renderer(scene)
-    file = Path(tempfile.mkdtemp()) / f"half{EXTENSION}"
-
-    def from_a_file(seed: int):
-        for samples in SPP:
-            first.seed = second.seed = seed
-            first.begin_anew()
-            first.render(samples // 2)
-            first.save_checkpoint(file)
-            second.load_checkpoint(file)
-            yield second.render(samples - samples // 2)
-
-    return from_a_file
-
-
-MADE = {"merged": merged, "continued": continued}
+    @property
+    def wrong(self) -> float:
+        """The share of renders in which the truth is more than twice the upper end."""
+        return float((self.true > np.hypot(2 * self.high, 2 * self.reference)).mean())
 
 
 def own_pixels(renderer, picture: np.ndarray) -> np.ndarray:
@@ -152,18 +121,18 @@ def own_pixels(renderer, picture: np.ndarray) -> np.ndarray:
     return renderer.film.own_pixels(picture).astype(np.float64)
 
 
-def cells_of(way: Way, scene: tt.SceneData, references: References) -> list[tuple[int, Cell, int]]:
-    """(samples, cell, renders that said "unknown") of a way."""
-    truth, error = references.of(way)
+def cells_of(way: Way, scene: tt.SceneData, references: References) -> list[Cell]:
+    """A cell for each of ``SPP``; their pictures have the same seeds."""
+    (truth, error), renderer = references.of(way), way.renderer(scene)
     rows: list[list[tuple]] = [[] for _ in SPP]
-    pictures = MADE.get(way.how, grown)(way, scene)
     for seed in range(RENDERS):
-        for row, renderer in zip(rows, pictures(seed), strict=True):
-            told = renderer.error()
+        renderer.seed = seed
+        renderer.begin_anew()
+        for row, samples in zip(rows, SPP, strict=True):
+            stated = renderer.render(samples - renderer.samples).error()
             true = relative_rmse(own_pixels(renderer, renderer.image()), own_pixels(renderer, truth))
-            row.append((float(told), told.low, told.high, true))
-    arrays = [np.array(row) for row in rows]
-    return [(n, Cell(*one.T, error), int(np.isnan(one[:, 0]).sum())) for n, one in zip(SPP, arrays, strict=True)]
+            row.append((float(stated), stated.low, stated.high, true))
+    return [Cell(*np.array(row).T, error) for row in rows]
 
 
 def cells(names: list[str]) -> None:
@@ -178,16 +147,14 @@ def cells(names: list[str]) -> None:
         references = References(scene)
         for way in (*DIRECT, *PATHS, *OTHERS):
             found = cells_of(way, scene, references)
-            ones = [one for _, one, _ in found]
-            fails = sum(bool(o.is_inside.mean() < LEAST_INSIDE or o.told_wrong(2) > MOST_WRONG) for o in ones)
+            fails = sum(bool(one.is_inside.mean() < LEAST_INSIDE or one.wrong > MOST_WRONG) for one in found)
             failed += fails
-            widths += [one.width for one in ones]
-            numbers = [f"{one.is_inside.mean():.0%}" for one in ones], [f"{one.told_wrong(2):.0%}" for one in ones]
-            numbers += [f"{unknown}" for *_, unknown in found], [f"{one.width:.2f}" for one in ones]
-            numbers += ([f"{np.median(one.true):.1%}" for one in ones],)
-            told = " | ".join(", ".join(pair) for pair in numbers)
-            print(f"| {name} | {way} | {told} | {ones[0].reference:.1%} | {fails or ''} |", flush=True)
-        scene.destroy()
+            widths += [one.width for one in found]
+            numbers = [f"{one.is_inside.mean():.0%}" for one in found], [f"{one.wrong:.0%}" for one in found]
+            numbers += [f"{np.isnan(one.stated).sum()}" for one in found], [f"{one.width:.2f}" for one in found]
+            numbers += ([f"{np.median(one.true):.1%}" for one in found],)
+            text = " | ".join(", ".join(pair) for pair in numbers)
+            print(f"| {name} | {way} | {text} | {found[0].reference:.1%} | {fails or ''} |", flush=True)
     print(f"\n{failed} of {len(widths)} cells fail. Upper end / true, median of the cells: {np.nanmedian(widths):.2f}.")
 
 
@@ -213,55 +180,18 @@ def stops(names: list[str]) -> None:
                     row += 1, ended, *(ended and true > math.hypot(k * target, 2 * of_truth) for k in (1, 2))
                 print(f"| {name} | {way} | {target:.0%} | {row[1]} of {row[0]} | {row[2]} | {row[3]} |", flush=True)
                 count += row
-        scene.destroy()
     print(f"\n{count[1]} of {count[0]} ended; the true error was larger in {count[2]}, more than twice in {count[3]}.")
 
 
-def pictures_of(render: Callable[[int], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """The mean of pictures with several seeds, and its variance in every pixel."""
-    made = np.array([render(seed) for seed in range(PICTURES)], np.float64)
-    return made.mean(axis=0), made.var(axis=0, ddof=1) / PICTURES
-
-
-def references(names: list[str]) -> None:
-    """Print how the project's picture differs from Mitsuba's."""
-    from benchmarks.mitsuba_scenes import MitsubaPicture, path
-
-    print(f"\n{SIZE}², {PICTURES} pictures of {PICTURE_SPP:,} samples of each\n")
-    print("| scene | light | difference of the means | its standard error | z, by blocks | largest block |")
-    print("|---|---|--:|--:|--:|--:|")
-    for name in names:
-        scene = SCENES[name]()
-        for way in (Way("mis"), Way("path", 3)):
-            renderer = way.renderer(scene)
-
-            def own(seed: int, renderer=renderer) -> np.ndarray:
-                renderer.seed = seed
-                renderer.begin_anew()
-                return renderer.render(PICTURE_SPP).image()
-
-            sky = None if scene.environment is None else scene.environment.pixels.repeat(FINER, 0).repeat(FINER, 1)
-            other = MitsubaPicture(
-                scene.mesh, path(max(1, way.bounces)), SIZE, SIZE, view=scene.view, environment=sky, is_exact=True
-            )
-            theirs = pictures_of(lambda seed, other=other: other.render(PICTURE_SPP, seed))
-            ours, spread = pictures_of(own)
-            shift, error, z = shift_of([(ours, spread)], theirs)
-            d, v = (blocks_of(values.sum(axis=2)) for values in (ours - theirs[0], spread + theirs[1]))
-            most = np.abs(d / np.sqrt(3 * v / 64 + 1e-30)).max()
-            print(f"| {name} | {way} | {shift:+.2%} | {error:.2%} | {z:+.1f} | {most:.1f} |", flush=True)
-        scene.destroy()
-
-
 def pictures(names: list[str]) -> None:
-    """Print what four pictures tell of their errors, and write them, each above its reference, into a file."""
+    """Print what four pictures state of their errors, and write them, each above its reference, into a file."""
     columns = []
     for name, way, seed in SHOWN:
         scene = SCENES[name]()
         truth, _ = References(scene).of(way)
         renderer = way.renderer(scene, seed).render(SPP[0])
-        picture, told = renderer.image().astype(np.float64), renderer.error()
-        print(f"{name}, {way}, {SPP[0]} samples: {told}; true {relative_rmse(picture, truth):.1%}")
+        picture, stated = renderer.image().astype(np.float64), renderer.error()
+        print(f"{name}, {way}, {SPP[0]} samples: {stated}; true {relative_rmse(picture, truth):.1%}")
         columns.append(np.concatenate([picture, truth]) * BRIGHTNESS / np.median(truth))
     row = np.concatenate(columns, axis=1).repeat(LARGER, 0).repeat(LARGER, 1)
     bits = (255 * np.clip(row, 0, 1) ** (1 / 2.2)).astype(np.uint8)
@@ -270,7 +200,7 @@ def pictures(names: list[str]) -> None:
 
 def main() -> None:
     """Measure what is asked for, by default the cells."""
-    measured = {"cells": cells, "stops": stops, "references": references, "pictures": pictures}
+    measured = {"cells": cells, "stops": stops, "pictures": pictures}
     what, *names = sys.argv[1:] or ["cells"]
     print(describe_machine())
     measured[what](names or ([PICTURE] if what == "pictures" else list(SCENES)))

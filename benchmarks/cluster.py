@@ -1,9 +1,8 @@
 """What a cluster gains: samples per second with local workers, beside processes without a cluster.
 
-python -m benchmarks.cluster
+python -m benchmarks.cluster [SECONDS]
 """
 
-import argparse
 import json
 import os
 import subprocess
@@ -11,10 +10,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.measure import describe_machine
+import taichi_tracer as tt
+from benchmarks.helper import describe_machine, table
 
+NAME, SECONDS = "cornell_box", 5.0  # of each measurement
 SCENE = {"estimator": "path", "size": (512, 512), "arch": "cpu"}
-NAME, SECONDS = "cornell_box", 60.0
 ALONE = """
 import json, sys, time, taichi_tracer as tt
 tt.init("cpu", threads=int(sys.argv[1]))
@@ -37,32 +37,21 @@ def alone(processes: int, threads: int, seconds: float) -> float:
             subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=variables) for _ in range(processes)
         ]
         found = [json.loads(process.communicate()[0].splitlines()[-1]) for process in running]
-    return sum(n / taken for n, taken in found)
+    return sum(samples / duration for samples, duration in found)
 
 
 def measure(seconds: float) -> str:
     """A table: with 1 and 2 local workers, beside as many processes without a cluster, what is reached of the ideal."""
-    import taichi_tracer as tt
-
-    cores = os.cpu_count() or 1
-    rows = ["| workers | ideal, samples/s | cluster, samples/s | of ideal |", "|--:|--:|--:|--:|"]
+    cores, rows = os.cpu_count() or 1, []
     for count in (1, 2):
-        ideal = alone(count, max(1, cores // count), seconds / 2)
+        ideal = alone(count, max(1, cores // count), seconds)
         result = tt.cluster.render(NAME, cluster=f"local:{count}", time=seconds, **SCENE)
         rate = result.samples / result.seconds
-        rows.append(f"| {count} | {ideal:.2f} | {rate:.2f} | {rate / ideal:.1%} |")
-    return "\n".join(rows)
-
-
-def main() -> None:
-    """Print a section of RESULTS.md."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=SECONDS, help="of each measurement (default: %(default)s)")
-    args = parser.parse_args()
-    print(describe_machine(), end="\n\n")
-    print("**1 and 2 local workers, paths in the Cornell box at 512²**\n")
-    print(measure(args.seconds))
+        rows.append([count, f"{ideal:.2f}", f"{rate:.2f}", f"{rate / ideal:.1%}"])
+    columns = ["workers", "ideal, samples/s", "cluster, samples/s", "of ideal"]
+    return table(f"paths in the Cornell box at 512², {seconds:g} s each", columns, rows)
 
 
 if __name__ == "__main__":
-    main()
+    print(describe_machine())
+    print(measure(float(sys.argv[1]) if sys.argv[1:] else SECONDS))

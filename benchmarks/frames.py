@@ -4,17 +4,13 @@ python -m benchmarks.frames
 """
 
 import statistics
-import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.measure import describe_machine
-from benchmarks.meshes import displaced_sphere
-from benchmarks.rays import VIEW
+from benchmarks.helper import BLOB_VIEW, describe_machine, displaced_sphere, table
 
 CHART = Path(__file__).parents[1] / "docs" / "images" / "frame_time.svg"
 FEW = (2, 12, 50, 200, 1_000, 4_000)
@@ -24,17 +20,10 @@ WARM_UP = 2  # frames before the measurement, which compile the kernels
 SMALLEST_SPHERE = 50  # triangles
 
 
-def mesh_of(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """A displaced sphere. Meshes with fewer than ``SMALLEST_SPHERE`` triangles are the first triangles of one."""
-    if triangles >= SMALLEST_SPHERE:
-        return displaced_sphere(triangles)
-    vertices, faces = displaced_sphere(SMALLEST_SPHERE)
-    return vertices, faces[:triangles]
-
-
 def frame_milliseconds(intersector: str, triangles: int) -> float:
     """The median time of a normal view after a move of the camera, in milliseconds."""
-    scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
+    vertices, faces = displaced_sphere(max(triangles, SMALLEST_SPHERE))  # a smaller mesh is a part of it
+    scene = tt.scene_from_mesh(vertices, faces[:triangles], intersector=intersector, view=BLOB_VIEW)
     renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
     seconds = []
     for _ in range(RUNS + WARM_UP):
@@ -44,22 +33,6 @@ def frame_milliseconds(intersector: str, triangles: int) -> float:
         ti.sync()
         seconds.append(time.perf_counter() - start)
     return 1e3 * statistics.median(seconds[WARM_UP:])
-
-
-def report(_arguments: list[str]) -> str:
-    """A markdown table. The chart is written too."""
-    tt.init(arch="auto")
-    curves = {
-        "brute force": {n: frame_milliseconds("brute_force", n) for n in FEW},
-        "hierarchy": {n: frame_milliseconds("wide_bvh", n) for n in MANY},
-    }
-    draw(curves)
-    lines = [f"\n**ms per frame, {RESOLUTION}², normal view**\n", "| triangles | " + " | ".join(curves) + " |"]
-    lines.append("|--:|" + "--:|" * len(curves))
-    for n in MANY:
-        cells = [f"{curve[n]:.3g}" if n in curve else "" for curve in curves.values()]
-        lines.append(f"| {n:,} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
 
 
 def draw(curves: dict[str, dict[int, float]]) -> None:
@@ -81,4 +54,12 @@ def draw(curves: dict[str, dict[int, float]]) -> None:
 
 
 if __name__ == "__main__":
-    print(describe_machine() + report(sys.argv[1:]))
+    print(describe_machine())
+    tt.init(arch="auto")
+    found = {
+        "brute force": {n: frame_milliseconds("brute_force", n) for n in FEW},
+        "hierarchy": {n: frame_milliseconds("wide_bvh", n) for n in MANY},
+    }
+    draw(found)
+    cells = [[f"{n:,}", *(f"{of[n]:.3g}" if n in of else "" for of in found.values())] for n in MANY]
+    print(table(f"ms per frame, {RESOLUTION}², normal view", ["triangles", *found], cells))

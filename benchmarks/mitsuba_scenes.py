@@ -1,14 +1,12 @@
 """The package's own scenes in Mitsuba 3: triangles and spheres with their materials, seen from the same camera.
 
-Mitsuba has no Phong BRDF. By default a glossy material becomes a microfacet lobe of the same width, which takes as much
-time but is not the same BRDF, and a mirror does not weigh with cos θ, as Phong's limit does. For the same picture, ask
-for ``is_exact``.
+Mitsuba has no Phong BRDF. A glossy material becomes a microfacet lobe of the same width, which takes as much time but
+is not the same BRDF, and a mirror does not weigh with cos θ, as Phong's limit does.
 """
 
 import numpy as np
 
 from benchmarks import peers  # noqa: F401 (its import sets the path of libLLVM)
-from taichi_tracer.brdfs import phong
 from taichi_tracer.brdfs.smooth_dielectric import Dielectric
 from taichi_tracer.files import read
 from taichi_tracer.geometry import Mesh
@@ -17,6 +15,7 @@ from taichi_tracer.scene_data_loader import COURSE_VIEW, find_scene, own_view
 
 MIRROR_FROM = 1e6  # Ns
 NO_ROULETTE = 1000  # the depth at which Mitsuba begins its roulette
+MIS = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 1}  # its integrator for direct light
 
 
 def path(max_bounces: int) -> dict:
@@ -31,7 +30,6 @@ class MitsubaPicture:
         scene: the name of a scene of the package, or a mesh.
         integrator: Mitsuba's description of an integrator.
         environment: (h, w, 3) radiance; None for no environment. Mitsuba's map begins a quarter of a turn from ours.
-        is_exact: whether Phong's lobe is the handout's own, written in Python, and not a microfacet lobe as fast.
         compensates: whether samples of the environment leave to the BRDF what it finds; by default they do not.
         view: the camera; None for the scene's own, or the course's.
     """
@@ -47,12 +45,11 @@ class MitsubaPicture:
         environment: np.ndarray | None = None,
         view: dict | None = None,
         compensates: bool = False,
-        is_exact: bool = False,
     ) -> None:
         import mitsuba
 
         mitsuba.set_variant(variant)
-        self.mi, self.is_exact = mitsuba, is_exact
+        self.mi = mitsuba
         mesh = scene
         if not isinstance(mesh, Mesh):
             file = find_scene(mesh)
@@ -70,7 +67,7 @@ class MitsubaPicture:
         for k, (sphere, i) in enumerate(zip(mesh.spheres, mesh.sphere_materials, strict=True)):
             shape = {"type": "sphere", "center": sphere[:3].tolist(), "radius": float(sphere[3])}
             emitter = {"emitter": light_of(mesh.materials[i])} if max(mesh.materials[i].Ke) > 0 else {}
-            description[f"sphere{k}"] = shape | {"bsdf": bsdf(mesh.materials[i], is_exact)} | emitter
+            description[f"sphere{k}"] = shape | {"bsdf": bsdf(mesh.materials[i])} | emitter
         self.scene = mitsuba.load_dict(description)
 
     def sensor(self, view: dict, width: int, height: int, sampler: str) -> dict:
@@ -93,7 +90,7 @@ class MitsubaPicture:
         has_normals = len(mesh.face_normals) > 0 and bool((mesh.face_normals[is_here] >= 0).all())
         has_uv = mesh.corner_uv is not None and material.map_Kd is not None
         properties = self.mi.Properties()
-        properties["mesh_bsdf"] = self.mi.load_dict(bsdf(material, self.is_exact))
+        properties["mesh_bsdf"] = self.mi.load_dict(bsdf(material))
         if max(material.Ke) > 0:
             properties["mesh_emitter"] = self.mi.load_dict(light_of(material))
         shape = self.mi.Mesh(
@@ -118,20 +115,14 @@ class MitsubaPicture:
         """The picture, (h, w, 3)."""
         return np.array(self.mi.render(self.scene, spp=spp, seed=seed))[..., :3]
 
-    def real_count(self, spp: int) -> int:
-        """How many samples ``render`` takes: some samplers round their number up, to a square for example."""
-        sampler = self.scene.sensors()[0].sampler().clone()
-        sampler.set_sample_count(spp)
-        return int(sampler.sample_count())
-
 
 def light_of(material: Material) -> dict:
     """Mitsuba's description of what a material with Ke > 0 emits."""
     return {"type": "area", "radiance": {"type": "rgb", "value": list(material.Ke)}}
 
 
-def bsdf(material: Material, is_exact: bool = False) -> dict:
-    """Mitsuba's description of a material, for the same time or, if it must be exact, for the same picture."""
+def bsdf(material: Material) -> dict:
+    """Mitsuba's description of a material."""
     if Dielectric().describes(material, np.float32):
         return {"type": "dielectric", "int_ior": material.Ni, "ext_ior": 1.0}
     colour = {"type": "rgb", "value": list(material.Kd)}
@@ -140,12 +131,7 @@ def bsdf(material: Material, is_exact: bool = False) -> dict:
 
         picture = mitsuba.Bitmap((material.Kd * material.map_Kd.pixels[::-1]).astype(np.float32))
         colour = {"type": "bitmap", "bitmap": picture, "raw": True}
-    if material.Ns > 1 and is_exact:
-        from benchmarks.mitsuba_phong import PHONG
-
-        is_mirror = material.Ns >= phong.MIRROR_FROM
-        inner = {"type": PHONG, "Kd": colour, "exponent": float(material.Ns), "is_mirror": is_mirror}
-    elif material.Ns <= 1:
+    if material.Ns <= 1:
         inner = {"type": "diffuse", "reflectance": colour}
     elif material.Ns >= MIRROR_FROM:
         inner = {"type": "conductor", "material": "none", "specular_reflectance": colour}

@@ -6,15 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-# Mitsuba's LLVM variants take the first libLLVM that they find. An old libLLVM cannot compile all variants; therefore
-# the newest one is chosen here.
-NEW_ENOUGH = [
-    p
-    for v in range(29, 15, -1)
-    for p in glob.glob(f"/usr/lib/*/libLLVM-{v}.so*") + glob.glob(f"/usr/lib/*/libLLVM.so.{v}*")
-]
-if NEW_ENOUGH:
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", NEW_ENOUGH[0])
+# Mitsuba uses the first libLLVM that it finds, and an old one cannot compile all variants: choose the newest here.
+for llvm in (f"/usr/lib/*/libLLVM*{version}*" for version in range(29, 15, -1)):
+    if found := glob.glob(llvm):
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[0])
 
 
 class MitsubaScene:
@@ -40,11 +35,11 @@ class MitsubaScene:
         self.dr.eval(o, d)
         return o, d
 
-    def nearest(self, rays, coherent: bool = False) -> Callable[[], None]:
+    def nearest(self, rays) -> Callable[[], None]:
         """A function that finds t, triangle and barycentric coordinates for every ray."""
 
         def call() -> None:
-            hit = self.scene.ray_intersect_preliminary(self.mi.Ray3f(*rays), coherent=coherent)
+            hit = self.scene.ray_intersect_preliminary(self.mi.Ray3f(*rays))
             self.dr.eval(hit.t, hit.prim_index, hit.prim_uv)
             self.dr.sync_thread()
 

@@ -3,7 +3,7 @@
 The tables show primary rays, whole frames, incoherent rays (t, id, u, v, and everything about the hit), occlusion rays,
 and rays that come from and go to numpy.
 
-python -m benchmarks.rays [TRIANGLES | FILE ...]
+python -m benchmarks.rays [TRIANGLES ...]
 """
 
 import sys
@@ -14,13 +14,12 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from benchmarks.measure import describe_machine, interleaved, ratio_table
-from benchmarks.meshes import from_arguments
+from benchmarks.helper import describe_machine, interleaved, meshes_of, ratio_table
 from benchmarks.peers import MitsubaScene, embree_scene
 from taichi_tracer.camera import Camera
 from taichi_tracer.ray import Ray
 
-RESOLUTION = 1024
+SIZES = 82_000, 512_000
 NUM_RAYS = 1 << 20
 VIEW = {"eye": (0.0, 0.5, 2.8), "at": (0.0, 0.0, 0.0), "fov": 60.0}
 
@@ -40,39 +39,32 @@ class RayKernels:
         self.direction.from_numpy(directions)
 
     @ti.kernel
-    def _nearest(self):
+    def nearest(self):
+        """Find t, id, u and v for every ray."""
         for i in self.t:
             ray = Ray(origin=self.origin[i], direction=self.direction[i])
-            t, triangle_id, u, v = self.intersector.nearest(ray, 0.0, tm.inf)
-            self.t[i], self.triangle_id[i], self.uv[i] = t, triangle_id, tm.vec2(u, v)
+            hit = self.intersector.search(ray, 0.0, tm.inf, False)
+            self.t[i], self.triangle_id[i], self.uv[i] = hit.distance, hit.triangle_id, hit.barycentric_coords
 
     @ti.kernel
-    def _occluded(self):
+    def occluded(self):
+        """Find for every ray whether it hits anything."""
         for i in self.t:
             ray = Ray(origin=self.origin[i], direction=self.direction[i])
             self.triangle_id[i] = self.intersector.is_blocked(ray, 0.0, tm.inf)
 
     @ti.kernel
-    def _described(self):
+    def described(self):
+        """Find t, id, u and v for every ray, both normals and the position."""
         for i in self.t:
             hit = self.intersector.query_ray(Ray(origin=self.origin[i], direction=self.direction[i]))
             self.t[i], self.triangle_id[i], self.uv[i] = hit.distance, hit.triangle_id, hit.barycentric_coords
             self.normal[i], self.geometric_normal[i] = hit.normal, hit.geometric_normal
             self.position[i] = hit.position
 
-    def nearest(self) -> None:
-        """Find t, id, u and v for every ray."""
-        self._nearest()
-        ti.sync()
-
-    def described(self) -> None:
-        """Find t, id, u and v for every ray, both normals and the position."""
-        self._described()
-        ti.sync()
-
-    def occluded(self) -> None:
-        """Find for every ray whether it hits anything."""
-        self._occluded()
+    def run(self, kernel) -> None:
+        """Run one of the kernels until it has ended."""
+        kernel()
         ti.sync()
 
 
@@ -118,11 +110,9 @@ def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
     }
     peer = MitsubaScene(vertices, faces)
     base, report = "Mitsuba llvm", ""
-    frames = {}
     for size in (512, 1024):
         rays = peer.rays(*primary_rays(Camera(size, size, **VIEW)))
         medians = interleaved({base: peer.normals(rays), "taichi_tracer": frame(scenes["watertight"], size)})
-        frames |= {f"{who}, {size}²": seconds for who, seconds in medians.items()}
         report += ratio_table(f"{name}: normal view, whole frame, {size}²", medians, base, "ms")
 
     origins, directions = incoherent_rays(vertices.min(axis=0), vertices.max(axis=0))
@@ -136,7 +126,7 @@ def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
         kernels = RayKernels(scene, origins, directions)
         calls = kernels.nearest, kernels.described, kernels.occluded
         for candidates, call in zip(tables.values(), calls, strict=True):
-            candidates[f"taichi_tracer, {test}"] = call
+            candidates[f"taichi_tracer, {test}"] = lambda call=call, kernels=kernels: kernels.run(call)
     for title, candidates in tables.items():
         report += ratio_table(f"{name}: {title}", interleaved(candidates), base, "million rays/s", NUM_RAYS)
 
@@ -162,11 +152,8 @@ def in_two_threads(embree, origins: np.ndarray, directions: np.ndarray) -> None:
         part.result()
 
 
-def report(arguments: list[str]) -> str:
-    """The tables for every requested mesh."""
-    tt.init(arch="auto")
-    return "".join(measure(name, *mesh) for name, mesh in from_arguments(arguments).items())
-
-
 if __name__ == "__main__":
-    print(describe_machine() + report(sys.argv[1:]))
+    print(describe_machine())
+    tt.init(arch="auto")
+    for mesh_name, mesh in meshes_of(sys.argv[1:], SIZES).items():
+        print(measure(mesh_name, *mesh))

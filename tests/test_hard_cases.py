@@ -67,10 +67,7 @@ def test_closed_meshes_are_closed():
         centre = vertices.mean(axis=0)
         outward = (meshes.normals_of(vertices, faces) * (vertices[faces[:, 0]] - centre)).sum(axis=1)
         assert (outward > 0).all()
-        edges, owners = meshes.edges_of(faces)
-        assert len(edges) * 2 == len(directed)
-        for (a, b), pair in zip(edges, owners, strict=True):
-            assert all({a, b} <= set(faces[owner]) for owner in pair)
+        assert len(meshes.edges_of(faces)) * 2 == len(directed)
 
 
 # ── what it passes and what it fails ──
@@ -120,7 +117,7 @@ def canned(monkeypatch):
             "nan": 0,
         } | findings
         verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
-        row = hard_cases.Row(mode, found, (123.4, 130.0))
+        row = hard_cases.Row(mode, found, 123.4)
         result = hard_cases.SuiteResult("quick", {"python": "3"}, [row], [verdict])
         monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)
 

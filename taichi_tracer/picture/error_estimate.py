@@ -60,7 +60,7 @@ import numpy as np
 
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
-ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration glints``)
+ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.claims``)
 TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.86  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
 POWERS_OF_4 = 0x55555555
 # The logarithms of the factors by which the true κ may be larger, and smaller: so large that the interval holds the

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from taichi_tracer.options import EnvironmentChoice
     from taichi_tracer.scene_data import SceneData
-    from taichi_tracer.studies.study import Study
 
 
 class Accuracy(NamedTuple):
@@ -73,6 +72,8 @@ def accuracy(
 
 def _measured(start: float, **given: Any) -> Accuracy:
     """What ``accuracy`` finds; ``given`` are its arguments, among them the knobs by their names in ``variants``."""
+    import numpy as np
+
     from taichi_tracer.studies import accuracy_report, variants
     from taichi_tracer.studies.source import Source, lives_here_alone
     from taichi_tracer.studies.study import Measurement
@@ -89,19 +90,10 @@ def _measured(start: float, **given: Any) -> Accuracy:
     study = Measurement(source, plan, given["size"], given["budget"], given["seeds"], started=start).run()
     if report is not None:
         accuracy_report.write(study, Path(report))
-    return found(study)
-
-
-def found(study: "Study") -> Accuracy:
-    """What a study found, for a notebook."""
-    import numpy as np
-
-    from taichi_tracer.studies import accuracy_report
-
     table = {
         "variant": np.array([curve.label for curve in study.curves]),
         "samples": np.array([curve.samples for curve in study.curves]),
-        "seconds": np.array([curve.whole[0][-1].seconds for curve in study.curves]),
+        "seconds": np.array([curve.rounds[-1][-1].seconds for curve in study.curves]),
         "error": np.array([curve.error.value for curve in study.curves]),
         "seconds per sample": np.array([curve.sample_seconds.value for curve in study.curves]),
         "compile seconds": np.array([curve.compile_seconds for curve in study.curves]),

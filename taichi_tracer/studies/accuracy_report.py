@@ -17,13 +17,14 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies import drawing
-from taichi_tracer.studies.columns import in_columns, with_head
+from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
 from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.png")
-SHAPES = {"broad": (11, 5.6, 0.07, 0.72), "narrow": (4.6, 5.4, 0.19, 0.6)}  # inches; where the axes begin and end
+# Inches; where the axes begin and end; how many ticks of seconds there is room for.
+SHAPES = {"broad": (11, 5.6, 0.07, 0.72, 11), "narrow": (4.6, 5.4, 0.19, 0.6, 3)}
 LABEL_GAP = 0.06  # of the height of the axes: the distance between the middles of two labels
 SHOWN = 320  # pixels: the width of a picture in the page
 WHITE = 0.99  # quantile of the errors of a picture that its map shows as white
@@ -174,9 +175,12 @@ def number_rows(study: Study) -> list[dict[str, str]]:
     ]
 
 
-def measurements(study: Study) -> list[dict]:
-    """A row for every picture that was compared: knobs, seed, samples, seconds, error."""
-    return [
+def as_csv(study: Study) -> str:
+    """A row for every picture that was compared: knobs, seed, samples, seconds, error; the first line has their names.
+
+    An error that cannot be judged is "nan".
+    """
+    rows = [
         {
             **asdict(curve.variant),
             "seed": seed + 1,
@@ -189,11 +193,7 @@ def measurements(study: Study) -> list[dict]:
         for seed, points in enumerate(curve.rounds)
         for point in points
     ]
-
-
-def as_csv(study: Study) -> str:
-    """``measurements`` as CSV; the first line names the columns. An error that cannot be judged is "nan"."""
-    buffer, rows = io.StringIO(), measurements(study)
+    buffer = io.StringIO()
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
@@ -204,7 +204,7 @@ def as_text(study: Study) -> list[str]:
     """The findings and the tables, for a terminal."""
     lines = [*headline(study), ""]
     for rows in (cost_rows(study), knob_rows(study), number_rows(study)):
-        lines += [*in_columns(with_head(rows)), ""] if rows else []
+        lines += [*in_columns(rows), ""] if rows else []
     return [*lines, *warnings_of(study), about(study)]
 
 
@@ -215,7 +215,7 @@ def draw(study: Study, shape: str = "broad"):
     """A ``matplotlib`` figure: the error of each curve against seconds of rendering, labelled at its end."""
     from matplotlib.figure import Figure
 
-    width, height, left, right = SHAPES[shape]
+    width, height, left, right, most_ticks = SHAPES[shape]
     figure = Figure(figsize=(width, height), facecolor="none" if shape == "narrow" else drawing.PAPER)
     axes = figure.add_axes((left, 0.13, right - left, 0.79))
     axes.set_xscale("log")
@@ -225,7 +225,7 @@ def draw(study: Study, shape: str = "broad"):
         levels = np.array(curve.levels())
         if len(levels) == 0:
             continue
-        _, seconds, error, least, most = levels.T
+        seconds, error, least, most = levels.T
         axes.fill_between(seconds, 100 * least, 100 * most, color=colour, alpha=0.15, linewidth=0)
         axes.plot(seconds, 100 * error, "o-", color=colour, linewidth=2, markersize=5)
         label = error_in_words(curve, study).replace(" ", "\u00a0")
@@ -238,8 +238,8 @@ def draw(study: Study, shape: str = "broad"):
     axes.plot(guide, 0.8 * y1 * (guide / x0) ** -0.5, color=INK, linestyle=":", linewidth=1.2)
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
-    drawing.set_ticks(axes.xaxis, x0, x1, drawing.seconds_in_words)
-    drawing.set_ticks(axes.yaxis, y0, y1, lambda v: f"{v:,.10g} %")
+    drawing.set_ticks(axes.xaxis, x0, x1, most_ticks, drawing.seconds_in_words)
+    drawing.set_ticks(axes.yaxis, y0, y1, 12, lambda v: f"{v:,.10g} %")
     drawing.dress(axes, "seconds of rendering, after compiling")
     axes.set_title("relative RMSE of all pixels", loc="left", fontsize=FONT, color=INK)
     label_ends(axes, sorted(ends, key=lambda end: end[1]), 18 if shape == "narrow" else 40)
@@ -252,9 +252,17 @@ def label_ends(axes, ends: list, letters: int) -> None:
     wanted = [(math.log(end[1]) - y0) / (y1 - y0) for end in ends]
     gap = LABEL_GAP * (2 if letters < 20 else 1)
     for (x, y, text, colour), place in zip(ends, drawing.spread(wanted, gap), strict=True):
-        arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.6}
-        beside = {"xycoords": "data", "xytext": (1.04, place), "textcoords": "axes fraction", "va": "center"}
-        drawing.write(axes, textwrap.fill(text, letters), (x, y), colour, **beside, arrowprops=arrow)
+        axes.annotate(
+            textwrap.fill(text, letters),
+            (x, y),
+            (1.04, place),
+            textcoords="axes fraction",
+            annotation_clip=False,
+            va="center",
+            color=colour,
+            fontsize=FONT,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.6},
+        )
 
 
 # ── the page ──
@@ -299,11 +307,9 @@ def table(rows: list[dict[str, str]]) -> str:
 
 def pictures(study: Study) -> str:
     """For every variant of the chart: its picture, where it is wrong, and the reference."""
-    shown = [
-        (curve, curve.finals[0][0], study.reference_of(curve.variant).image) for curve in study.main if curve.finals
-    ]
     found = []
-    for curve, image, reference in shown:
+    for curve in study.main:
+        image, reference = curve.finals[0][0], study.reference_of(curve.variant).image
         errors = np.abs(image - reference).mean(axis=2)
         white = float(np.quantile(errors, WHITE))
         three = (

@@ -1,9 +1,9 @@
-"""Renders the variants of a study: in a process of its own, or in that of the caller if the scene is the caller's."""
+"""Renders the variants of a study: in a process of its own, or in a thread if the scene is the caller's."""
 
 import signal
 import sys
 import time
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import active_children, get_context
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ class Shot(NamedTuple):
 
 
 class Bench:
-    """Renders the variants of one precision.
+    """Renders the variants of one precision. The first call starts Taichi.
 
     Args:
         source: where the scenes come from. size: width and height. parts: files that register parts of the user.
@@ -49,21 +49,27 @@ class Bench:
         self.scenes: dict[tuple, SceneData] = {}
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
 
-    def start(self, variant: Variant) -> SceneFacts:
-        """Start Taichi and read the scene of a variant.
+    def facts(self, variant: Variant) -> SceneFacts:
+        """Read the scene of a variant, and describe it.
 
         Raises:
             InputError: it has no light.
         """
-        self.source.start(variant, self.arch)
+        self.start(variant)
         start = time.perf_counter()
         scene = self.scene_of(variant)
         seconds = time.perf_counter() - start
         has_environment = scene.environment is not None
         return SceneFacts(self.source.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
 
+    def start(self, variant: Variant) -> None:
+        """Start Taichi in the precision of a variant, once."""
+        if not self.scenes:
+            self.source.start(variant, self.arch)
+
     def scene_of(self, variant: Variant) -> SceneData:
         """The scene of a variant, loaded once."""
+        self.start(variant)
         if variant.scene not in self.scenes:
             self.scenes[variant.scene] = self.source.load(variant)
         return self.scenes[variant.scene]
@@ -101,57 +107,45 @@ class Bench:
 _bench: Bench | None = None  # of this process
 
 
-def begin() -> None:
-    """What a ``BenchProcess`` does first: Ctrl-C is for its parent, which then writes what is done."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def begin(is_process: bool, *words: Any) -> None:
+    """Make the bench of this process. A process leaves Ctrl-C to its parent, which then writes what is done."""
+    global _bench
+    if is_process:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _bench = Bench(*words)
 
 
 def answer(method: str, words: tuple[Any, ...]) -> Any:
-    """Call a method of the bench of this process; "open" makes the bench."""
-    global _bench
-    if method == "open":
-        _bench = Bench(*words)
-        return None
+    """Call a method of the bench of this process."""
     return getattr(_bench, method)(*words)
 
 
-class BenchProcess:
-    """A ``Bench`` in a process of its own."""
+class Worker:
+    """A ``Bench`` in a process of its own, or in a thread, for scenes and parts that no other process has.
 
-    def __init__(self) -> None:
-        self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin)
-        main = sys.modules["__main__"]
-        known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
-        vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
-        try:
-            self.pool.submit(int)  # starts it
-        finally:
+    Args:
+        words: the arguments of ``Bench``.
+    """
+
+    def __init__(self, *words: Any) -> None:
+        self.pool: Executor
+        if words[0].here:
+            self.pool = ThreadPoolExecutor(1, initializer=begin, initargs=(False, *words))
+            self.ready = self.pool.submit(int)
+        else:
+            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (True, *words))
+            main = sys.modules["__main__"]
+            known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
+            vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
+            self.ready = self.pool.submit(int)  # starts it
             vars(main).update(known)
 
     def ask(self, method: str, *words: Any) -> Future:
-        """Call a method of the bench, after those that were asked for before; "open" makes the bench."""
+        """Call a method of the bench, after those that were asked for before."""
         return self.pool.submit(answer, method, words)
 
     def close(self) -> None:
-        """End the process; a kernel that it compiles now is lost."""
+        """End the process, with what it does now; a thread ends after it."""
         self.pool.shutdown(wait=False, cancel_futures=True)
         for child in active_children():
             child.terminate()
-
-
-class BenchHere:
-    """A ``Bench`` in this process, for scenes and parts of the caller that no other process has."""
-
-    def ask(self, method: str, *words: Any) -> Future:
-        """Call a method of the bench now."""
-        future: Future = Future()
-        try:
-            future.set_result(answer(method, words))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-    def close(self) -> None:
-        """Forget the scenes."""
-        global _bench
-        _bench = None

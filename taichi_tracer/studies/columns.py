@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 
 
-def in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows of text, of which the first names the columns, as lines in which each column has the same width."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-
-
-def with_head(rows: Sequence[dict[str, str]]) -> list[Sequence[str]]:
-    """The names of the columns, and the rows."""
-    return [list(rows[0]), *(list(row.values()) for row in rows)] if rows else []
+def in_columns(rows: Sequence[dict[str, str]]) -> list[str]:
+    """Rows as lines in which each column has the same width, below the names of the columns; nothing for no rows."""
+    lines = [list(row.values()) for row in rows]
+    if lines:
+        lines.insert(0, list(rows[0]))
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return ["  ".join(word.ljust(width) for word, width in zip(line, widths, strict=True)).rstrip() for line in lines]

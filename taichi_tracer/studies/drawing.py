@@ -2,29 +2,19 @@
 
 import io
 import math
-import textwrap
 
 COLOURS = ("#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#6b7f93", "#17a2b8", "#a0664f", "#9aa400", "#d965b0")
 INK, GRID, PAPER = "#1c2733", "#d3dae1", "#ffffff"  # of text and axes, of the lines behind them, of the ground
-FONT, SMALL = 12, 11  # points
-OF_A_LETTER = 0.55  # of the height of letters: their mean width
+FONT = 12  # points
 STEPS = (1, 2, 5), (1, 3), (1,)  # ticks are these times a power of ten: the first of these for which there is room
-ROOM_FOR_A_TICK = 0.62, 0.31  # inches: along the horizontal axis, and along the vertical axis
 
 
-def set_ticks(axis, low: float, high: float, in_words) -> None:
-    """Ticks at 1, 2 and 5 times powers of ten, in words; at fewer places if there is no room for so many."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+def set_ticks(axis, low: float, high: float, most: int, in_words) -> None:
+    """At most so many ticks on a logarithmic axis, at 1, 2 and 5 times powers of ten or at fewer places, in words."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    size = axis.axes.get_window_extent()
-    inches = (size.height if axis.axis_name == "y" else size.width) / axis.axes.figure.dpi
-    most = inches / ROOM_FOR_A_TICK[axis.axis_name == "y"]
-    choices = [
-        [v for k in range(first, last + 1) for s in steps if low <= (v := s * 10.0**k) <= high] for steps in STEPS
-    ]
-    shown = next((choice for choice in choices if len(choice) <= most), choices[-1])
-    axis.set_major_locator(FixedLocator(shown))
+    decades = math.log10(high / low)
+    axis.set_major_locator(LogLocator(subs=next((s for s in STEPS if len(s) * decades <= most), STEPS[-1])))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda v, _: in_words(float(f"{v:.6g}"))))
 
@@ -43,34 +33,15 @@ def dress(axes, x: str) -> None:
     for name, spine in axes.spines.items():
         spine.set_visible(name in ("left", "bottom"))
         spine.set_color(INK)
-    box, width = axes.get_position(), axes.figure.get_figwidth() * 72
-    room = (box.x0 + box.x1) * width if box.x0 + box.x1 < 1 else (2 - box.x0 - box.x1) * width
-    axes.set_xlabel(textwrap.fill(x, int(room / (OF_A_LETTER * FONT))), fontsize=FONT, color=INK)
-
-
-def write(axes, text: str, at: tuple[float, float], colour: str = INK, **options) -> None:
-    """Text in a pair of axes, in fractions of their size if nothing else is said."""
-    usual = {"xycoords": "axes fraction", "fontsize": FONT, "annotation_clip": False}
-    axes.annotate(text, at, color=colour, **usual | options)
+    axes.set_xlabel(x, fontsize=FONT, color=INK)
 
 
 def spread(wanted: list[float], gap: float) -> list[float]:
-    """Ascending places as near as possible to the wanted ones, which ascend too, no two of them nearer than ``gap``.
-
-    Neighbours that would be too near form a group around the mean of their wanted places.
-    """
-    groups: list[list[float]] = []  # wanted places minus what all gaps below them take
-    for i, place in enumerate(wanted):
-        groups.append([place - i * gap])
-        while len(groups) > 1 and mean(groups[-2]) > mean(groups[-1]):
-            groups[-2:] = [groups[-2] + groups[-1]]
-    lowest = [mean(group) for group in groups for _ in group]
-    return [place + i * gap for i, place in enumerate(lowest)]
-
-
-def mean(values: list[float]) -> float:
-    """The mean of some numbers."""
-    return sum(values) / len(values)
+    """Ascending places near the wanted ones, which ascend too, no two nearer than ``gap``, and the last at most 1."""
+    places: list[float] = []
+    for place in wanted:
+        places.append(max(place, places[-1] + gap) if places else place)
+    return [place - max(0.0, places[-1] - 1) for place in places]
 
 
 # ── files ──

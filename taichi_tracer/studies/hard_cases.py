@@ -9,12 +9,12 @@ import gc
 import json
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from taichi_tracer.formulas.points import box_of
-from taichi_tracer.studies.columns import in_columns, with_head
+from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, SharedScene, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.modes import (
@@ -31,7 +31,6 @@ from taichi_tracer.system import runtime
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000  # a run of so many takes about 10 ms
-BURST = 4  # runs that are timed before the cases of a stage, and after them: what else the machine does then shows
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
 TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
@@ -69,17 +68,12 @@ class Row:
     """One mode in the table: findings of all cases together; None where nothing was measured.
 
     Attributes:
-        times: nanoseconds per ray of ``scene.intersect``, of each run that was timed.
+        ns_per_ray: nanoseconds per ray of ``scene.intersect``, of the best run; NaN where none was timed.
     """
 
     mode: RayMode
     findings: dict[str, float]
-    times: tuple[float, ...]
-
-    @property
-    def ns_per_ray(self) -> float:
-        """Nanoseconds of the best run; NaN where none was timed."""
-        return min(self.times, default=math.nan)
+    ns_per_ray: float
 
     def per_million(self, count: str, rays: str) -> float | None:
         """A count out of 1e6 rays."""
@@ -149,7 +143,7 @@ def run(
                 runtime.init(arch, mode.precision, mode.fast_math, force=True)
                 started, machine = start, machine or machine_facts()  # of f32: a GPU without f64 leaves that to the CPU
                 if renderer:
-                    progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
+                    progress("renderer")
                     verdicts += renderer_verdicts(mode, size)
             progress(str(mode))
             row, found = run_mode(mode, size, stages, rays, references)
@@ -166,14 +160,12 @@ def run_mode(
     mode: RayMode, size: Level, stages: list[SharedScene], rays: dict[str, CaseRays], references: dict
 ) -> tuple[Row, list[CaseVerdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
-    promise, verdicts, times = promise_of(mode), [], []
+    promise, verdicts, ns_per_ray = promise_of(mode), [], math.nan
     for stage in stages:
         if not size.covers(stage.name, mode):
             continue
         placed = stage.build(mode)
         few = size.tests // stage.num_triangles // TIMED_SHARE if mode.tries_everything else TIMED_RAYS
-        if TIMED_CASE in placed:
-            times += times_per_ray(placed[TIMED_CASE], few)
         for case in stage.cases:
             on, sent = placed[case.name], rays[case.name]
             if mode.tries_everything:
@@ -183,30 +175,26 @@ def run_mode(
             if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
                 long_run(case, on, size.edge_rays, findings)
             verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
-        scene = next(iter(placed.values())).scene
         if TIMED_CASE in placed:
-            times += times_per_ray(placed[TIMED_CASE], few)
-        scene.destroy()
-    return Row(mode, totals(verdicts), tuple(times)), verdicts
+            ns_per_ray = time_per_ray(placed[TIMED_CASE], few)
+    return Row(mode, totals(verdicts), ns_per_ray), verdicts
 
 
 def difference_from_brute_force(mode: RayMode, case: Case, on: CaseInScene, references: dict) -> dict[str, int]:
     """How many of the answers that brute force gave are others here."""
     key = (mode.triangle_test, mode.precision, mode.fast_math, case.name)
-    answers = [(hits.triangle_id, hits.distance, hits.barycentric_coords) for hits in on.intersected]
+    answers = [np.column_stack([h.triangle_id, h.distance, h.barycentric_coords]) for h in on.intersected]
     on.intersected = []
     if mode.intersector == REFERENCE:
         references[key] = answers
+    if mode.intersector == REFERENCE or key not in references:
         return {}
     wrong = 0
-    for mine, truth in zip(answers, references.get(key, []), strict=False):
-        differs = np.zeros(min(len(truth[0]), len(mine[0])), bool)
-        for a, b in zip(mine, truth, strict=True):
-            n = len(differs)
-            same = (a[:n] == b[:n]) | (np.isnan(a[:n]) & np.isnan(b[:n]))
-            differs |= ~same.reshape(n, -1).all(axis=1)
-        wrong += int(differs.sum())
-    return {"differs": wrong} if key in references else {}
+    for mine, truth in zip(answers, references[key], strict=False):
+        n = min(len(mine), len(truth))
+        same = (mine[:n] == truth[:n]) | (np.isnan(mine[:n]) & np.isnan(truth[:n]))
+        wrong += int((~same).any(axis=1).sum())
+    return {"differs": wrong}
 
 
 def long_run(case: Case, on: CaseInScene, count: int, findings: dict[str, float]) -> None:
@@ -218,14 +206,13 @@ def long_run(case: Case, on: CaseInScene, count: int, findings: dict[str, float]
         findings["edge_rays"] += len(rays)
 
 
-def times_per_ray(on: CaseInScene, count: int) -> list[float]:
-    """Nanoseconds of ``scene.intersect`` per ray, of ``BURST`` runs: random rays from inside a closed mesh."""
+def time_per_ray(on: CaseInScene, count: int) -> float:
+    """Nanoseconds of ``scene.intersect`` per ray, of the best run: random rays from inside a closed mesh."""
     rng, dtype = np.random.default_rng(5), runtime.dtype()
     low, high = box_of(on.vertices)
     origins = (low + (high - low) * rng.uniform(0.3, 0.7, (count, 3))).astype(dtype)
     directions = rng.normal(size=(count, 3)).astype(dtype)
-    on.scene.intersect(origins, directions)  # compiles
-    return [1e9 * seconds_of(lambda: on.scene.intersect(origins, directions), times=1) / count for _ in range(BURST)]
+    return 1e9 * seconds_of(lambda: on.scene.intersect(origins, directions)) / count
 
 
 def verdict_of(mode: RayMode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
@@ -261,9 +248,7 @@ def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
     for case in all_renderer_cases(estimators, only_short, paths):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
-        verdict = verdict_of(mode, promise, case.name, tried, findings)
-        verdict.mode = name
-        verdicts.append(verdict)
+        verdicts.append(replace(verdict_of(mode, promise, case.name, tried, findings), mode=name))
     return verdicts
 
 
@@ -276,7 +261,7 @@ def as_json(result: SuiteResult) -> dict:
         "machine": result.machine,
         "modes": [
             asdict(row.mode)
-            | {"name": str(row.mode), "ns_per_ray": row.ns_per_ray, "ns_of_each_run": list(row.times)}
+            | {"name": str(row.mode), "ns_per_ray": row.ns_per_ray}
             | {"edge_leaks_per_million": row.per_million("edge_leaks", "edge_rays")}
             | {"vertex_leaks_per_million": row.per_million("vertex_leaks", "vertex_rays")}
             | {"findings": row.findings}
@@ -363,7 +348,7 @@ def table(result: SuiteResult) -> list[str]:
     verdict = default_line(result)
     failed = [f"FAIL  {v.case}: {found_in_words(v, Promise())}" for v in result.of_default if v.word == "FAIL"]
     where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
-    modes, cases = (in_columns(with_head(rows)) for rows in (mode_rows(result), case_rows(result)))
+    modes, cases = (in_columns(rows) for rows in (mode_rows(result), case_rows(result)))
     return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", where, *failed, verdict]
 
 

@@ -20,6 +20,7 @@ from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.drawing import COLOURS, png_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -138,6 +139,24 @@ class _Choices:
             light[i] = radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
 
 
+def counted(
+    take: Callable[[int, int], np.ndarray], count: int, size: tuple[int, int], tell: Callable[[int], None]
+) -> tuple[np.ndarray, float]:
+    """(rows, columns) how many samples are in each cell, and the seconds of taking them.
+
+    Args:
+        take: (the number of the first sample, how many) → their cells.
+    """
+    totals, seconds = np.zeros(size[0] * size[1], np.int64), 0.0
+    for first in range(0, count, CHUNK):
+        start = time.perf_counter()
+        cells = take(first, min(CHUNK, count - first))
+        seconds += time.perf_counter() - start
+        totals += np.bincount(cells, minlength=len(totals))
+        tell(len(cells))
+    return totals.reshape(size[::-1]), seconds
+
+
 def environment_counts(
     environment: Environment,
     count: int = 1_000_000,
@@ -155,17 +174,14 @@ def environment_counts(
     check_count(count)
     directions, found = _Directions(environment), []
     for name in (UNIFORM, IMPORTANCE):
-        totals, seconds = np.zeros(size[0] * size[1], np.int64), 0.0
-        directions.take(name == UNIFORM, seed, 0, size, np.empty(1, np.int32))  # compiles it
-        for first in range(0, count, CHUNK):
-            cells = np.empty(min(CHUNK, count - first), np.int32)
-            start = time.perf_counter()
+
+        def take(first: int, n: int, name: str = name) -> np.ndarray:
+            cells = np.empty(n, np.int32)
             directions.take(name == UNIFORM, seed, first, size, cells)
-            ti.sync()
-            seconds += time.perf_counter() - start
-            totals += np.bincount(cells, minlength=len(totals))
-            tell(len(cells))
-        found.append(Counts(name, totals.reshape(size[::-1]), seconds))
+            return cells
+
+        take(0, 1)  # compiles
+        found.append(Counts(name, *counted(take, count, size, tell)))
     return found
 
 
@@ -190,27 +206,25 @@ def lamp_counts(
     check_count(count)
     if scene.lamps.count == 0:
         raise InputError(f"{scene.source}: no surface emits light: give a scene in which a material has Ke > 0")
-    x, n, dtype = tm.vec3(*map(float, point)), tm.vec3(*map(float, normal)), runtime.dtype()
+    x, normal_of_point, dtype = tm.vec3(*map(float, point)), tm.vec3(*map(float, normal)), runtime.dtype()
     found = []
     for choice in PARTS.all("lamp choice"):
-        lamps = Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided)
-        choices, seconds, sums = _Choices(lamps), 0.0, np.zeros(2)
-        chosen_by, in_cell = np.zeros(lamps.count, np.int64), np.zeros(size[0] * size[1], np.int64)
-        choices.take(x, n, seed, 0, size, np.empty((1, 2), np.int32), np.empty(1, dtype))  # compiles it
-        for first in range(0, count, CHUNK):
-            light = np.empty(min(CHUNK, count - first), dtype)
-            sampled = np.empty((len(light), 2), np.int32)
-            start = time.perf_counter()
-            choices.take(x, n, seed, first, size, sampled, light)
-            ti.sync()
-            seconds += time.perf_counter() - start
-            chosen_by += np.bincount(sampled[:, 0], minlength=lamps.count)
-            in_cell += np.bincount(sampled[:, 1], minlength=len(in_cell))
-            sums += light.sum(dtype=np.float64), np.square(light, dtype=np.float64).sum()
-            tell(len(light))
-        mean, square = sums / count
+        choices = _Choices(Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided))
+        chosen: list[np.ndarray] = []
+        light: list[np.ndarray] = []
+
+        def take(first: int, n: int, choices=choices, chosen=chosen, light=light) -> np.ndarray:
+            sampled, values = np.empty((n, 2), np.int32), np.empty(n, dtype)
+            choices.take(x, normal_of_point, seed, first, size, sampled, values)
+            chosen.append(np.bincount(sampled[:, 0], minlength=scene.lamps.count))
+            light.append(np.array([values.sum(dtype=np.float64), np.square(values, dtype=np.float64).sum()]))
+            return sampled[:, 1]
+
+        take(0, 1)  # compiles
+        cells, seconds = counted(take, count, size, tell)
+        mean, square = np.sum(light[1:], axis=0) / count
         deviation = float(np.sqrt(max(0.0, square - mean**2)) / mean) if mean > 0 else float("nan")
-        found.append(Counts(choice.name, in_cell.reshape(size[::-1]), seconds, chosen_by, deviation))
+        found.append(Counts(choice.name, cells, seconds, np.sum(chosen[1:], axis=0), deviation))
     return found
 
 
@@ -249,40 +263,50 @@ def normal_at(scene: SceneData, point) -> np.ndarray:
 
 def map_table(found: list[Counts]) -> list[str]:
     """Lines of text: for each technique, how many samples its cells have."""
-    lines = [f"{'technique':<12}{'min':>10}{'mean':>12}{'median':>10}{'max':>12}{'empty cells':>14}{'seconds':>10}"]
-    for one in found:
-        empty = f"{(one.cells == 0).mean():.1%}"
-        lines.append(
-            f"{one.name:<12}{one.cells.min():>10,}{one.cells.mean():>12,.1f}{np.median(one.cells):>10,.0f}"
-            f"{one.cells.max():>12,}{empty:>14}{one.seconds:>10.3f}"
-        )
-    return lines
+    return in_columns(
+        [
+            {
+                "technique": one.name,
+                "min": f"{one.cells.min():,}",
+                "mean": f"{one.cells.mean():,.1f}",
+                "median": f"{np.median(one.cells):,.0f}",
+                "max": f"{one.cells.max():,}",
+                "empty cells": f"{(one.cells == 0).mean():.1%}",
+                "seconds": f"{one.seconds:.3f}",
+            }
+            for one in found
+        ]
+    )
 
 
 def choice_table(found: list[Counts]) -> list[str]:
     """Lines of text: for each choice of lamps, how many lamps share the samples, and what that does to the noise."""
-    lines = [
-        f"{'choice':<12}{'chosen':>10}{'effective':>12}{'bits':>8}{'deviation':>12}{'ns/sample':>12}{'seconds':>10}"
-    ]
-    for one in found:
-        chosen = f"{int((one.lamps > 0).sum()):,}"
-        lines.append(
-            f"{one.name:<12}{chosen:>10}{one.effective_lamps:>12,.1f}{one.entropy:>8.2f}"
-            f"{one.deviation:>12.2f}{1e9 * one.seconds / one.total:>12.0f}{one.seconds:>10.3f}"
-        )
-    return lines
+    return in_columns(
+        [
+            {
+                "choice": one.name,
+                "chosen": f"{int((one.lamps > 0).sum()):,}",
+                "effective": f"{one.effective_lamps:,.1f}",
+                "bits": f"{one.entropy:.2f}",
+                "deviation": f"{one.deviation:.2f}",
+                "ns/sample": f"{1e9 * one.seconds / one.total:.0f}",
+                "seconds": f"{one.seconds:.3f}",
+            }
+            for one in found
+        ]
+    )
 
 
 def top_table(found: list[Counts], scene: SceneData, most: int) -> list[str]:
     """Lines of text: the lamps that each choice takes most often, by their ids and materials."""
-    table, geometry, names = scene.lamps.table, scene.geometry, [m.name for m in scene.materials]
-    lines = [f"{'choice':<12}{'lamp':>10}{'share':>10}  material"]
+    table, mesh, rows = scene.lamps.table, scene.geometry.mesh, []
     for one in found:
         for lamp, share in one.top(most):
             row = table.primitives[lamp]
-            of = geometry.mesh.face_materials[row] if row >= 0 else geometry.mesh.sphere_materials[-1 - row]
-            lines.append(f"{one.name:<12}{table.ids[lamp]:>10}{share:>10.2%}  {names[of]}")
-    return lines
+            material = mesh.face_materials[row] if row >= 0 else mesh.sphere_materials[-1 - row]
+            name = scene.materials[material].name
+            rows.append({"choice": one.name, "lamp": str(table.ids[lamp]), "share": f"{share:.2%}", "material": name})
+    return in_columns(rows)
 
 
 # ── as pictures ──

@@ -78,11 +78,11 @@ class Source:
     def check(self, variants: Sequence[Variant]) -> None:
         """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
         settings = runtime.ensure() if self.here else None
-        for variant in variants if self.here else ():
-            if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
-                what = "a loaded scene" if self.is_loaded else "a scene with parts that only this process has"
-                advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
-                raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
+        if self.here and any((v.precision, v.fast_math) != (settings.precision, settings.fast_math) for v in variants):
+            raise InputError(
+                "accuracy: precision and fast math cannot change for a loaded scene, nor for parts that only this "
+                "process has: give the name or path of the scene, and parts by --parts"
+            )
 
     def start(self, variant: Variant, arch: str = "auto") -> None:
         """Bring Taichi into the precision of a variant."""

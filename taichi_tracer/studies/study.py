@@ -1,10 +1,10 @@
 """Error against seconds: every variant of a study is rendered for the same time, over several seeds.
 
-1. Every variant is compiled, in as many processes at a time as there are processors. The budget begins afterwards.
+1. Every variant is compiled, in a process for each way in which Taichi runs. The budget begins afterwards.
 2. A reference is rendered for a fifth of the budget.
 3. In each **round**, every estimator renders one picture with a new seed, all for the same time. It is compared with
    the reference after 1/64, 1/32, … of this time. Other knobs, which are turned alone, get a quarter of the time. So
-   whatever else the machine does meets all variants alike.
+   whatever else the machine does affects all variants alike.
 
 The error of a picture is the root of the mean square difference of **all** of its pixels to the reference, as a
 fraction of the reference's mean; the reference's own error is subtracted. Errors below twice that of the reference
@@ -17,7 +17,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -28,22 +28,20 @@ from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.bias import shift_of
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.metrics import relative_rmse
-from taichi_tracer.studies.bench import BenchHere, BenchProcess, Shot
+from taichi_tracer.studies.bench import Shot, Worker
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, reference_variant
-from taichi_tracer.system import processors
 from taichi_tracer.system.errors import InputError
 
 TARGETS = (0.05, 0.02, 0.01)  # relative RMSE
 REFERENCE_SHARE = 0.2  # of the budget: with the usual variants, the reference is three times better than the best one
 FURTHER_SHARE = 0.05  # of the budget: each reference of another look-up
 KNOB_SHARE = 0.25  # of the time of an estimator: what a variant gets in which another knob is turned
-OVERHEAD = 1.2  # times the seconds of rendering: with reading and comparing the pictures
-TRIAL_SHARE = 0.05  # of the budget: what all variants render together to learn how long a sample takes
-SHORTEST = 0.13  # of a round: less is left undone
+TRIAL_SHARE = 0.05  # of the budget: what all variants render together in the short round that is not counted
 HALVINGS = 6  # a picture is compared after 1/2^6 of its time, and whenever that has doubled
 JUDGED = 2.0  # times the error of the reference: smaller errors cannot be measured
 REFERENCE_SEED, FIRST_SEED = 1_000_003, 1
+FIRST_SAMPLES = 16  # of a reference: they show how long a sample takes
 CHUNK = 0.5  # seconds of one call at most
 POLL = 0.1  # seconds between two looks at the clock and at the user
 STUDENT = (
@@ -59,12 +57,13 @@ STUDENT = (
     2.26,
 )  # 97.5 % of Student's t, by degrees of freedom
 SURE_BIAS = 4.0  # z-score: more is no chance
+INTERRUPTED = "accuracy: interrupted before the first picture was measured"
 
 Tell = Callable[[str, float], None]  # is called with what is done, and with the share of the budget that has passed
 
 
-class StoppedError(Exception):
-    """The user has interrupted the study."""
+class StoppedError(InputError):
+    """The user has interrupted the study; it is shown if nothing was measured until then."""
 
 
 class Interval(NamedTuple):
@@ -129,41 +128,33 @@ class Curve:
     shift_error: float = 0.0
     bias: float = math.nan
 
-    def levels(self) -> list[tuple[int, float, float, float, float]]:
-        """(samples, seconds, error, least and largest error of the rounds) wherever pictures were compared."""
-        by_samples: dict[int, list[Point]] = {}
-        for point in (point for points in self.rounds for point in points if point.error > 0):
-            by_samples.setdefault(point.samples, []).append(point)
-        return [
-            (n, statistics.median(p.seconds for p in found), rms(errors), min(errors), max(errors))
-            for n, found in sorted(by_samples.items())
-            if (errors := [point.error for point in found])
-        ]
-
-    @property
-    def whole(self) -> list[list[Point]]:
-        """The rounds that took the whole time."""
-        most = max(points[-1].samples for points in self.rounds)
-        return [points for points in self.rounds if points[-1].samples == most]
+    def levels(self) -> list[tuple[float, float, float, float]]:
+        """(seconds, error, least and largest error of the rounds) wherever pictures were compared."""
+        found = []
+        for points in zip(*(reversed(one) for one in self.rounds), strict=False):
+            errors = [point.error for point in points if point.error > 0]
+            if errors:
+                found.append((statistics.median(p.seconds for p in points), rms(errors), min(errors), max(errors)))
+        return found[::-1]
 
     @property
     def samples(self) -> int:
-        """Per pixel, of the last pictures."""
-        return self.whole[0][-1].samples
+        """Per pixel, of the last picture."""
+        return self.rounds[-1][-1].samples
 
     @property
     def error(self) -> Interval:
         """The error of the last pictures, which all variants have after the same time."""
-        return interval([points[-1].error for points in self.whole])
+        return interval([points[-1].error for points in self.rounds])
 
     @property
     def sample_seconds(self) -> Interval:
         """Seconds of one sample of every pixel."""
-        return interval([points[-1].seconds / points[-1].samples for points in self.whole])
+        return interval([points[-1].seconds / points[-1].samples for points in self.rounds])
 
     def seconds_to(self, target: float) -> Interval:
         """Seconds of rendering to a relative error; unknown if a round did not reach it."""
-        return interval([crossing(points, target) for points in self.whole])
+        return interval([crossing(points, target) for points in self.rounds])
 
 
 def error_after(points: Sequence[Point], seconds: float) -> float:
@@ -199,7 +190,7 @@ class Change(NamedTuple):
 
 def change(base: Curve, other: Curve) -> Change:
     """What a variant changes: pictures of the same round are compared with each other."""
-    pairs = [(a, b) for a, b in zip(base.rounds, other.rounds, strict=False) if b in other.whole]
+    pairs = list(zip(base.rounds, other.rounds, strict=False))
     times = [b[-1].seconds / b[-1].samples / (a[-1].seconds / a[-1].samples) for a, b in pairs]
     errors = [b[-1].error / error_after(a, b[-1].seconds) for a, b in pairs]
     return Change(interval(times), interval(errors))
@@ -212,19 +203,15 @@ def rms(values: Sequence[float]) -> float:
 
 def crossing(points: Sequence[Point], target: float) -> float:
     """Seconds until the error of a picture is no more than the target, and stays so; infinite if it is not reached."""
-    found, before = math.inf, None
-    for point in points:
-        if math.isnan(point.error):
-            continue
-        if point.error > target:
-            found = math.inf
-        elif before is not None and before.error > target:
-            share = math.log(before.error / target) / math.log(before.error / point.error)
-            found = before.seconds * (point.seconds / before.seconds) ** share
-        elif before is None:
-            found = point.seconds
-        before = point
-    return found
+    known = [point for point in points if point.error > 0]
+    above = [k for k, point in enumerate(known) if point.error > target]
+    if not known or known[-1].error > target:
+        return math.inf
+    if not above:
+        return known[0].seconds
+    before, after = known[above[-1] : above[-1] + 2]
+    share = math.log(before.error / target) / math.log(before.error / after.error)
+    return before.seconds * (after.seconds / before.seconds) ** share
 
 
 @dataclass
@@ -304,7 +291,7 @@ class Study:
     @property
     def equal_seconds(self) -> float:
         """Of rendering, of the last picture of every estimator."""
-        return statistics.median(points[-1].seconds for curve in self.main for points in curve.whole)
+        return statistics.median(points[-1].seconds for curve in self.main for points in curve.rounds)
 
     @property
     def main(self) -> list[Curve]:
@@ -337,10 +324,11 @@ class Measurement:
     ) -> None:
         source.check(variants)
         self.source, self.variants, self.size, self.budget, self.seeds = source, list(variants), size, budget, seeds
-        self.bench, self.tell, self.should_stop = (source, size, arch, parts), tell, should_stop
+        self.worker, self.tell, self.should_stop = (source, size, arch, parts), tell, should_stop
         self.key_pressed = time.perf_counter() if started is None else started
         self.begun = math.inf
-        self.benches: dict[tuple, BenchProcess | BenchHere] = {}
+        self.workers: dict[tuple, Worker] = {}
+        self.references: dict[str, Variant] = {}
 
     def run(self) -> Study:
         """Measure.
@@ -361,13 +349,15 @@ class Measurement:
             study.seconds = self.elapsed
             study.curves = [curve for curve in study.curves if curve.rounds]
             if not study.curves:
-                raise InputError("accuracy: interrupted before the first picture was measured")
+                raise StoppedError(INTERRUPTED)
             for curve in study.curves:
-                self.judge(study, curve)
+                reference = study.reference_of(curve.variant)
+                truth = reference.image, reference.variance
+                curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, truth)
             return study
         finally:
-            for bench in self.benches.values():
-                bench.close()
+            for worker in self.workers.values():
+                worker.close()
 
     @property
     def elapsed(self) -> float:
@@ -379,7 +369,7 @@ class Measurement:
         while True:
             self.tell(what, self.elapsed / self.budget)
             if self.should_stop():
-                raise StoppedError
+                raise StoppedError(INTERRUPTED)
             if wait([future], timeout=POLL).done:
                 try:
                     return future.result()
@@ -389,18 +379,15 @@ class Measurement:
     # ── starting and compiling ──
 
     def start(self) -> Study:
-        """Start a process for each way in which Taichi runs; the first one reads the scene."""
+        """Start a worker for each way in which Taichi runs; the first one reads the scene."""
         for variant in self.variants:
-            if variant.process not in self.benches:
-                bench = BenchHere() if self.source.here else BenchProcess()
-                self.benches[variant.process] = bench
-        first, base = self.benches[self.variants[0].process], self.variants[0]
-        try:
-            self.result(first.ask("open", *self.bench), "starting")
-            seconds = time.perf_counter() - self.key_pressed
-            facts = self.result(first.ask("start", base), "reading the scene")
-        except StoppedError:
-            raise InputError("accuracy: interrupted before the first picture was measured") from None
+            if variant.process not in self.workers:
+                self.workers[variant.process] = Worker(*self.worker)
+        base = self.variants[0]
+        first = self.workers[base.process]
+        self.result(first.ready, "starting")
+        seconds = time.perf_counter() - self.key_pressed
+        facts = self.result(first.ask("facts", base), "reading the scene")
         study = Study(facts, self.size, self.budget, start_seconds=seconds)
         if len({v.lamp_choice for v in self.variants}) > 1 and facts.lamps == 0:
             raise InputError("accuracy: the scene has no surface with Ke > 0, so that no lamp is chosen")
@@ -410,27 +397,19 @@ class Measurement:
         return study
 
     def compile(self, study: Study) -> None:
-        """Compile every variant: one process after the other where there is one processor, else several at a time."""
+        """Compile every variant: in each worker one after the other."""
         begun, base = time.perf_counter(), self.variants[0]
         knobs = {v.difference(base) for v in self.variants}
         main = {"", "estimator"} if "estimator" in knobs else knobs
-
-        def compiled(process: tuple) -> list[Curve]:
-            bench, own = self.benches[process], [v for v in self.variants if v.process == process]
-            if process != base.process:
-                bench.ask("open", *self.bench).result()
-                bench.ask("start", own[0]).result()
-            return [
-                Curve(v, self.label(study, v), knob, knob in main, *bench.ask("prepare", v).result())
-                for v in own
-                for knob in [v.difference(base)]
-            ]
-
-        with ThreadPoolExecutor(1 if self.source.here else processors.usable()) as pool:
-            calls = [pool.submit(compiled, process) for process in self.benches]
-            for call in calls:
-                study.curves += self.result(call, f"compiling {len(self.variants)} variants")
-        study.curves.sort(key=lambda curve: self.variants.index(curve.variant))
+        for variant in self.variants:
+            self.references.setdefault(variant.lookup, reference_variant(variant, self.variants))
+        of_references = [self.workers[v.process].ask("prepare", v) for v in self.references.values()]
+        calls = [self.workers[variant.process].ask("prepare", variant) for variant in self.variants]
+        for call in of_references:
+            self.result(call, "compiling the reference")
+        for variant, call in zip(self.variants, calls, strict=True):
+            found, knob = self.result(call, f"compiling {len(self.variants)} variants"), variant.difference(base)
+            study.curves.append(Curve(variant, self.label(study, variant), knob, knob in main, *found))
         study.compiling_seconds = time.perf_counter() - begun
 
     def label(self, study: Study, variant: Variant) -> str:
@@ -445,76 +424,60 @@ class Measurement:
 
     def render_references(self, study: Study) -> None:
         """The pictures with which all others are compared: with one sample after the other until the time is over."""
-        for variant in self.variants:
-            if variant.lookup in study.references:
-                continue
+        for lookup, variant in self.references.items():
             share = FURTHER_SHARE if study.references else REFERENCE_SHARE
-            own, end = reference_variant(variant, self.variants), self.elapsed + share * self.budget
-            shot = self.render(own, 16, REFERENCE_SEED, "the reference")
-            shot = self.render(own, 16, None, "the reference")  # the first call may have compiled
+            end = self.elapsed + share * self.budget
+            shot = self.render(variant, FIRST_SAMPLES, REFERENCE_SEED, "the reference")
+            per_sample = shot.seconds / FIRST_SAMPLES
             while self.elapsed < end:
-                count = max(16, int(min(CHUNK, end - self.elapsed) * 16 / shot.seconds))
-                shot = self.render(own, count, None, "the reference")._replace(seconds=shot.seconds)
+                count = max(FIRST_SAMPLES, int(min(CHUNK, end - self.elapsed) / per_sample))
+                shot = self.render(variant, count, None, "the reference")
             if math.isnan(shot.error):
                 scene = self.source.scene
                 raise InputError(
                     f"accuracy: no light of {scene} reaches the camera, so that there is no error to measure"
                 )
-            study.references[variant.lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
+            study.references[lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
 
     def render_rounds(self, study: Study) -> None:
-        """Learn how long a sample takes, and then let every variant render for the same time, round after round."""
-        trial = TRIAL_SHARE * self.budget / len(study.curves)
+        """Learn from a short round how long samples and comparisons take, then let all render for the same time."""
+        trial, begun, spent = TRIAL_SHARE * self.budget / len(study.curves), self.elapsed, 0.0
         for curve in study.curves:
             shot = self.render(curve.variant, self.first_level(curve), 0, curve.label)
-            spent = shot.seconds
-            while spent < trial:
-                before, shot = shot.samples, self.render(curve.variant, shot.samples, None, curve.label)
-                spent += shot.seconds
-                curve.seconds_per_sample = shot.seconds / (shot.samples - before)
-            if math.isnan(curve.seconds_per_sample):
-                curve.seconds_per_sample = shot.seconds / shot.samples
+            curve.seconds_per_sample = shot.seconds / shot.samples
+            points, _ = self.render_picture(study, curve, trial, 0)
+            spent += shot.seconds + points[-1].seconds
+        of_comparing = self.elapsed - begun - spent
         count = sum(1.0 if curve.is_main else KNOB_SHARE for curve in study.curves)
-        seconds = max(0.0, self.budget - self.elapsed) / self.seeds / count / OVERHEAD
-        share, full = 1.0, 0.0
-        while share >= SHORTEST:
-            begun = self.elapsed
+        seconds = max(trial, ((self.budget - self.elapsed) / self.seeds - of_comparing) / count)
+        for seed in range(FIRST_SEED, FIRST_SEED + self.seeds):
             for curve in study.curves:
                 own = seconds * (1.0 if curve.is_main else KNOB_SHARE)
-                self.render_picture(study, curve, share * own, own, FIRST_SEED + len(curve.rounds))
-            full = max(full, self.elapsed - begun)
-            share = min(1.0, (self.budget - self.elapsed) / full)
+                points, final = self.render_picture(study, curve, own, seed)
+                curve.rounds.append(points)
+                curve.finals.append(final)
 
     def first_level(self, curve: Curve) -> int:
         """The fewest samples of a picture."""
         return PILOT if curve.variant.adaptive else 1
 
-    def render_picture(self, study: Study, curve: Curve, seconds: float, whole: float, seed: int) -> None:
-        """One picture of a variant, compared whenever its time has doubled.
+    def render_picture(self, study: Study, curve: Curve, seconds: float, seed: int) -> tuple[list[Point], tuple]:
+        """One picture of a variant, rendered for so many seconds: compared whenever its time has doubled, and the last.
 
-        Args:
-            seconds: of rendering. whole: that of a full round, whose levels are those of every round.
+        How long a sample takes is known better afterwards.
         """
         least = self.first_level(curve)
-        levels = {max(least, round(whole / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
-        most = max(least, seconds / curve.seconds_per_sample + 1)
+        levels = {max(least, round(seconds / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
         points, spent, done, reference = [], 0.0, 0, study.reference_of(curve.variant)
-        for level in sorted(n for n in levels if n <= most):
+        for level in sorted(levels):
             while done < level:
                 count = min(level - done, max(least, int(CHUNK / curve.seconds_per_sample)))
                 shot = self.render(curve.variant, count, seed if done == 0 else None, f"{curve.label}, seed {seed}")
                 done, spent = shot.samples, spent + shot.seconds
             points.append(Point(done, spent, reference.error_of(shot.image)))
-        curve.rounds.append(points)
-        if seconds == whole:
-            curve.finals.append((shot.image.astype(np.float64), shot.variance))
+        curve.seconds_per_sample = spent / done
+        return points, (shot.image.astype(np.float64), shot.variance)
 
     def render(self, variant: Variant, samples: int, seed: int | None, what: str) -> Shot:
         """Add samples to the picture of a variant; see ``Bench.render``."""
-        return self.result(self.benches[variant.process].ask("render", variant, samples, seed), what)
-
-    def judge(self, study: Study, curve: Curve) -> None:
-        """Is there a bias? Paths with fewer bounces than the reference leave out light that it has."""
-        reference = study.reference_of(curve.variant)
-        if curve.finals:
-            curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, (reference.image, reference.variance))
+        return self.result(self.workers[variant.process].ask("render", variant, samples, seed), what)

@@ -115,6 +115,7 @@ USUAL: dict[str, tuple] = {
 }
 NAMED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "lamp_choices")
 OF_PATHS = ("max_bounces", "roulettes")  # what only paths have
+ALL = ("all",)  # estimators: of direct light, or of paths where they are asked about
 
 
 def known(knob: str) -> tuple[str, ...]:
@@ -134,15 +135,21 @@ def plan(rr_start_bounce: int = 3, **knobs: Sequence | None) -> list[Variant]:
     """The first variant, and each knob turned alone from it.
 
     Args:
-        knobs: the values of each of ``USUAL``; None is not given. If several values of a knob are given, only what is
-            given is compared; otherwise what ``USUAL`` has. Roulettes are "none", "throughput", or numbers q between 0
-            and 1. The largest of ``max_bounces`` is that of the first variant, and of the reference.
+        knobs: the values of each of ``USUAL``, or ``ALL`` that are known; None is not given. If several values of a
+            knob are given, only what is given is compared; otherwise what ``USUAL`` has. Roulettes are "none",
+            "throughput", or numbers q between 0 and 1. The largest of ``max_bounces`` is that of the first variant,
+            and of the reference.
 
     Raises:
         InputError: an unknown name, a number that is out of its range, or estimators that cannot be compared.
     """
-    asked = {name: tuple(values) for name, values in knobs.items() if values is not None}
-    usual = USUAL | {"estimators": PATHS} if any(name in asked for name in OF_PATHS) else USUAL
+    given = {name: tuple(values) for name, values in knobs.items() if values is not None}
+    of_paths = any(name in given for name in OF_PATHS)
+    every = {name: known(name) for name, values in given.items() if values == ALL}
+    if "estimators" in every:
+        every["estimators"] = tuple(name for name in known("estimators") if is_path(name) == of_paths)
+    asked = given | every
+    usual = USUAL | {"estimators": PATHS} if of_paths else USUAL
     if any(len(values) > 1 for values in asked.values()):
         usual = {name: values[:1] for name, values in usual.items()}
     chosen = usual | asked

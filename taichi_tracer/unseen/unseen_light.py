@@ -37,7 +37,7 @@ KEPT_COUNTERS = 8  # going back to an environment that was counted a short time 
 MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M, for K from 0 to 9
 NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
 REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
-SAFETY = 4  # times u: so many that the interval holds the truth (``python -m benchmarks.error calibration``)
+SAFETY = 4  # times u: so many that the interval holds the truth (``python -m benchmarks.claims``)
 
 
 def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:

@@ -1,7 +1,7 @@
 """What accuracy costs in time."""
 
 from argparse import Namespace
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,21 +27,6 @@ from taichi_tracer.studies.study import Measurement
 from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
-
-
-@dataclass(frozen=True)
-class ViewChange:
-    """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
-
-    It is a class and no function within a function, because it is sent to other processes.
-    """
-
-    settings: RenderSettings
-    aspect: float
-
-    def __call__(self, view: dict) -> dict:
-        """The parameters of the camera."""
-        return camera_for(self.settings, view, self.aspect)
 
 
 def add_arguments(parser: Parser) -> None:
@@ -103,11 +88,11 @@ def run(args: Namespace) -> int:
     """
     find_scene(args.scene)
     if args.check:
-        estimators = chosen_names(args.estimators, variants.known("estimators"))
-        with StudyBar() as bar:
-            return agreement.run(args, source_of(args), estimators, bar.show)
+        estimators = None if args.estimators == variants.ALL else args.estimators
+        with study_bar() as bar:
+            return agreement.run(args, source_of(args), estimators, partial(show, bar))
     plan, report = plan_of(args), report_of(args)
-    with Interruption() as interruption, StudyBar() as bar:
+    with Interruption() as interruption, study_bar() as bar:
         study = Measurement(
             source_of(args),
             plan,
@@ -116,7 +101,7 @@ def run(args: Namespace) -> int:
             args.seeds,
             parts=tuple(args.parts),
             started=args.started,
-            tell=bar.show,
+            tell=partial(show, bar),
             should_stop=lambda: interruption.number is not None,
             **settings_of(args).given("arch"),
         ).run()
@@ -129,9 +114,9 @@ def run(args: Namespace) -> int:
 
 def plan_of(args: Namespace) -> list[variants.Variant]:
     """The variants that the options ask for."""
-    knobs: dict[str, Any] = {name: chosen_names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
-    knobs["estimators"] = estimators_of(args)
-    knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
+    knobs: dict[str, Any] = {name: getattr(args, name) for name in (*variants.NAMED, "max_bounces")}
+    if args.roulettes is not None:
+        knobs["roulettes"] = tuple(number_or_name(word) for word in args.roulettes)
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
     return variants.plan(**{name: knob for name, knob in knobs.items() if knob is not None})
 
@@ -150,25 +135,9 @@ def source_of(args: Namespace) -> Source:
         args.scene,
         args.environment,
         settings.given("brdfs", "lights", "up_axis", "two_sided_lamps"),
-        view_of=ViewChange(settings, width / height),
+        view_of=partial(camera_for, settings, aspect=width / height),
         **settings.given("intensity", "rotation"),
     )
-
-
-def estimators_of(args: Namespace) -> tuple[str, ...] | None:
-    """The estimators that were chosen; "all" is every one of direct light, or of paths where they are asked about."""
-    asks_for_paths = any(getattr(args, name) is not None for name in variants.OF_PATHS)
-    kinds = {
-        is_path: tuple(n for n in variants.known("estimators") if variants.is_path(n) == is_path) for is_path in (0, 1)
-    }
-    return chosen_names(args.estimators, kinds[asks_for_paths])
-
-
-def roulettes_of(chosen: tuple[str, ...] | None) -> tuple[str | float, ...] | None:
-    """The roulettes that were chosen: names, and numbers q."""
-    if chosen is None or chosen == ("all",):
-        return chosen_names(chosen, variants.known("roulettes"))
-    return tuple(number_or_name(word) for word in chosen)
 
 
 def number_or_name(word: str) -> str | float:
@@ -177,11 +146,6 @@ def number_or_name(word: str) -> str | float:
         return float(word)
     except ValueError:
         return word
-
-
-def chosen_names(chosen: tuple[str, ...] | None, known: tuple[str, ...]) -> tuple[str, ...] | None:
-    """The names that were chosen; "all" is every known name."""
-    return known if chosen == ("all",) else chosen
 
 
 def report_of(args: Namespace) -> Path | None:
@@ -195,22 +159,15 @@ def report_of(args: Namespace) -> Path | None:
     return folder
 
 
-class StudyBar:
+def study_bar():
     """A progress bar of the budget on stderr, when that is a terminal."""
+    from tqdm import tqdm
 
-    def __init__(self) -> None:
-        from tqdm import tqdm
+    return tqdm(total=1.0, bar_format="{percentage:3.0f}%|{bar}| {desc}", leave=False, disable=None)
 
-        self.bar = tqdm(total=1.0, bar_format="{percentage:3.0f}%|{bar}| {desc}", leave=False, disable=None)
 
-    def __enter__(self):
-        return self
-
-    def show(self, what: str, done: float) -> None:
-        """Bring the bar up to date."""
-        self.bar.set_description_str(what, refresh=False)
-        self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
-        self.bar.refresh()
-
-    def __exit__(self, *_error) -> None:
-        self.bar.close()
+def show(bar, what: str, done: float) -> None:
+    """Bring a bar up to date: what is done now, and the share of the work that is done."""
+    bar.set_description_str(what, refresh=False)
+    bar.update(max(0.0, min(done, 1.0) - bar.n))
+    bar.refresh()

@@ -13,7 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.formulas.triangles import stable_normal
-from taichi_tracer.geometry import unit
+from taichi_tracer.geometry import Mesh, unit
 from taichi_tracer.ray import RayHits, offset_origin, ray_from
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
@@ -31,8 +31,6 @@ class CaseRays:
 
     origins: np.ndarray
     directions: np.ndarray
-    t_min: np.ndarray | float = 0.0
-    t_max: np.ndarray | float = np.inf
     known: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -41,15 +39,14 @@ class CaseRays:
     def __getitem__(self, rows) -> "CaseRays":
         """Some of the rays: a slice, their numbers, or a bool for each."""
         known = {name: values[rows] for name, values in self.known.items()}
-        windows = [t if np.ndim(t) == 0 else t[rows] for t in (self.t_min, self.t_max)]
-        return CaseRays(self.origins[rows], self.directions[rows], *windows, known)
+        return CaseRays(self.origins[rows], self.directions[rows], known)
 
 
 def joined(parts: Sequence[CaseRays]) -> CaseRays:
-    """The rays of several parts, one after the other; all of which know the same of their rays, and have no window."""
+    """The rays of several parts, one after the other; all of which know the same of their rays."""
     known = {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known}
     origins = np.concatenate([part.origins for part in parts])
-    return CaseRays(origins, np.concatenate([part.directions for part in parts]), known=known)
+    return CaseRays(origins, np.concatenate([part.directions for part in parts]), known)
 
 
 class Case(ABC):
@@ -77,6 +74,11 @@ class Case(ABC):
     def judge(self, on: "CaseInScene", rays: CaseRays, epsilon: float) -> dict[str, float]:
         """Findings, named as in ``modes.COUNTS``, and the number of rays they are out of where it matters."""
 
+    def build(self) -> tuple[np.ndarray, np.ndarray]:
+        """Make the mesh, which ``rays`` needs, and keep it."""
+        self.vertices, self.faces = self.mesh()
+        return self.vertices, self.faces
+
     def rng(self, chunk: int = 0):
         """Random numbers that depend on the case alone."""
         return np.random.default_rng([zlib.crc32(self.name.encode()), chunk])
@@ -85,16 +87,6 @@ class Case(ABC):
         """The rays of the case, the same in every mode, in a random order so that any first part of them will do."""
         rays = self.rays(self.rng(), count)
         return rays[self.rng(1).permutation(len(rays))]
-
-
-class RendererCase(ABC):
-    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words."""
-
-    name: str
-
-    @abstractmethod
-    def judge(self, epsilon: float) -> dict[str, float]:
-        """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
 
 
 @dataclass
@@ -109,6 +101,22 @@ class CaseTally:
         """Count answers, of which ``wrong`` says whether each is; ``tried`` if they are not all that were tried."""
         self.tried += np.size(wrong) if tried is None else tried
         self.wrong, self.nan = self.wrong + int(np.sum(wrong)), self.nan + nan
+
+
+class RendererCase(ABC):
+    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words."""
+
+    name: str
+
+    @abstractmethod
+    def check(self, found: CaseTally, epsilon: float) -> None:
+        """Try things, and count what is wrong."""
+
+    def judge(self, epsilon: float) -> dict[str, float]:
+        """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
+        found = CaseTally()
+        self.check(found, epsilon)
+        return vars(found)
 
 
 @ti.data_oriented
@@ -163,7 +171,6 @@ class CaseInScene:
 
     def intersect(self, rays: CaseRays, **window) -> RayHits:
         """The scene's answers; they are kept, to be compared with those of other intersectors."""
-        window = {"t_min": rays.t_min, "t_max": rays.t_max} | window
         hits = self.scene.intersect(rays.origins, rays.directions, **window)
         self.intersected.append(hits)
         return hits
@@ -219,6 +226,13 @@ def not_numbers(hits: RayHits) -> int:
     )
 
 
+def scene_without_warnings(mesh: Mesh, **options) -> SceneData:
+    """A scene of which some parts cannot be hit, or do not shine: that is what the case is about."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return SceneData(mesh, **options)
+
+
 class SharedScene:
     """A scene that several cases share.
 
@@ -229,16 +243,14 @@ class SharedScene:
 
     def __init__(self, name: str, cases: list[Case]) -> None:
         self.name, self.cases = name, cases
-        self.meshes = [case.mesh() for case in cases]
+        self.meshes = [case.build() for case in cases]
         self.mesh = join(self.meshes)
         self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
         self.num_triangles = len(self.mesh[1])
 
     def build(self, mode: RayMode) -> dict[str, CaseInScene]:
         """The scene in a mode, by case."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # some triangles cannot be hit: that is what the case is about
-            scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
+        scene = scene_without_warnings(mesh_from_arrays(*self.mesh), **mode.scene_options())
         probe = Probe(scene)
         return {
             case.name: CaseInScene(scene, probe, int(first), *arrays)

@@ -45,7 +45,6 @@ class Level:
         paths: the cases of light that bounces, and those that take a minute.
     """
 
-    name: str
     rays: int
     tests: int
     edge_rays: int
@@ -65,12 +64,9 @@ class Level:
 
 
 LEVELS = {
-    level.name: level
-    for level in (
-        Level("quick", 40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
-        Level("default", 400_000, 60_000_000, 4_000_000),
-        Level("full", 2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *LARGE)),
-    )
+    "quick": Level(40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
+    "default": Level(400_000, 60_000_000, 4_000_000),
+    "full": Level(2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *LARGE)),
 }
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, false_hits, joined, not_numbers
-from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, sphere, unit_rows
+from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, separate, sphere, unit_rows
 
 FACING = 0.75  # cosine from which on all triangles around a point face an origin outside: no silhouette is near
 
@@ -22,10 +22,10 @@ class ClosedSphere(Case):
 
     def mesh(self):
         """The sphere; its edges and normals are kept for the aim."""
-        self.vertices, self.faces = sphere(self.columns, self.rows, self.radius, self.centre)
-        self.edges, self.owners = edges_of(self.faces)
-        self.normals = normals_of(self.vertices, self.faces)
-        return self.vertices, self.faces
+        vertices, faces = sphere(self.columns, self.rows, self.radius, self.centre)
+        self.edges = edges_of(faces)
+        self.normals = normals_of(vertices, faces)
+        return vertices, faces
 
     def rays(self, rng, count):
         """A part from inside and a part from outside, each at points on edges and at vertices."""
@@ -47,26 +47,26 @@ class ClosedSphere(Case):
             is_vertex[count // 2 :] = True
             share[is_vertex] = 0
         p, q = self.vertices[self.edges[edge, 0]], self.vertices[self.edges[edge, 1]]
-        return edge, is_vertex, p * (1 - share) + q * share
+        return is_vertex, p * (1 - share) + q * share
 
     def _from_inside(self, rng, count, vertices=True):
         """The origin lies between the centre and the target: two thirds of the way, and a little aside."""
-        edge, is_vertex, target = self._targets(rng, count, vertices)
+        is_vertex, target = self._targets(rng, count, vertices)
         aside = np.clip(rng.normal(size=(count, 3)), -2, 2) * 0.05 * self.radius
         origin = as_f32(self.centre + (target - self.centre) * rng.uniform(0.5, 0.8, (count, 1)) + aside)
         direction = as_f32(target - origin)
         none = np.zeros(count, bool)
-        return CaseRays(origin, direction, known={"is_vertex": is_vertex, "is_outside": none, "edge": edge})
+        return CaseRays(origin, direction, known={"is_vertex": is_vertex, "is_outside": none})
 
     def _from_outside(self, rng, count):
         """As from inside, where all triangles around the target face the origin."""
-        edge, is_vertex, target = self._targets(rng, count)
+        is_vertex, target = self._targets(rng, count)
         away = unit_rows(rng.normal(size=(count, 3)))
         away *= np.sign((away * (target - self.centre)).sum(axis=1, keepdims=True))
         origin = as_f32(target + away * self.radius * rng.uniform(0.25, 1.5, (count, 1)))
         direction = as_f32(target - origin)
         sure = (unit_rows(direction) * unit_rows(target - self.centre)).sum(axis=1) < -FACING
-        known = {"is_vertex": is_vertex, "is_outside": np.ones(count, bool), "edge": edge}
+        known = {"is_vertex": is_vertex, "is_outside": np.ones(count, bool)}
         return CaseRays(origin, direction, known=known)[sure]
 
     def leaks(self, on: CaseInScene, rays: CaseRays, hits) -> np.ndarray:
@@ -77,7 +77,7 @@ class ClosedSphere(Case):
         return (ids < 0) | (far_side & into)
 
     def judge(self, on, rays, epsilon):
-        """No leak; both triangles of an edge may be hit; normals face the origin, and the flag says of which side."""
+        """No leak; normals face the origin, and the flag says of which side."""
         hits = on.intersect(rays)
         leaks, ids = self.leaks(on, rays, hits), on.own(hits)
         found = ids >= 0
@@ -92,8 +92,7 @@ class ClosedSphere(Case):
             "nan": not_numbers(hits),
         }
         found &= hits.is_hit & np.isfinite(hits.distance)
-        findings |= self._self_hits(on, ids[found], hits.barycentric_coords[found])
-        return findings | self._double_hits(on, rays[:20_000])
+        return findings | self._self_hits(on, ids[found], hits.barycentric_coords[found])
 
     def _self_hits(self, on, ids, barycentrics):
         """Rays that start where others hit: x + 1e-6 n would be x itself in f32 from |x| ≥ 32 on."""
@@ -101,14 +100,6 @@ class ClosedSphere(Case):
         origins = on.leave(ids, barycentrics, directions)
         again = on.meet(CaseRays(origins, directions), ids)
         return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids)}
-
-    def _double_hits(self, on, rays):
-        rays = rays[~rays.known["is_vertex"]]
-        if len(rays) == 0:
-            return {}
-        owners = self.owners[rays.known["edge"]]
-        both = np.isfinite(on.meet(rays, owners[:, 0])) & np.isfinite(on.meet(rays, owners[:, 1]))
-        return {"double_hits": int(both.sum()), "double_hit_rays": len(rays)}
 
 
 def leaks_in(leaks: np.ndarray, rays: CaseRays) -> dict[str, int]:
@@ -135,7 +126,7 @@ class NestedSpheres(Case):
     def mesh(self):
         """A sphere of 64 triangles for every radius."""
         self.shells = [ClosedSphere(f"r={r:g}", self.stage, r, (0, 0, 0), 8, 5, outside=False) for r in self.radii]
-        meshes = [shell.mesh() for shell in self.shells]
+        meshes = [shell.build() for shell in self.shells]
         self.per_shell = len(meshes[0][1])
         return join(meshes)
 
@@ -174,9 +165,7 @@ class LeavingSurfaces(Case):
         corners = 10.0 ** rng.uniform(-8, 8, (self.num_triangles, 3, 3)) * rng.choice(
             [-1, 1], (self.num_triangles, 3, 3)
         )
-        self.vertices = as_f32(corners).reshape(-1, 3)
-        self.faces = np.arange(3 * self.num_triangles).reshape(-1, 3)
-        return self.vertices, self.faces
+        return separate(corners)
 
     def rays(self, rng, count):
         """Directions over the sphere, a fifth of them close to the surface; the tracer finds where they start."""

@@ -13,7 +13,8 @@ DENORMAL = 2.0**-140
 def nearest_exactly(rays: CaseRays, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(id, t) of the nearest of all triangles that each ray meets, edges included, of equals the lowest id; −1, ∞."""
     best, best_t = np.full(len(rays), -1), np.full(len(rays), np.inf)
-    for i, triangle in enumerate(corners):
+    for i in np.flatnonzero(np.isfinite(corners).all(axis=(1, 2))):
+        triangle = corners[i]
         position, t = oracle.exact_hit(rays.origins, rays.directions, np.broadcast_to(triangle, (len(rays), 3, 3)))
         nearer = (position >= 0) & (t > 0) & (t < best_t)
         best[nearer], best_t[nearer] = i, t[nearer]
@@ -61,8 +62,7 @@ class Lattice(Exact):
 
     def mesh(self):
         """A height field of 32 triangles."""
-        self.vertices, self.faces = height_field(self.rng(2), 4, np.array([0.0, 32.0, 0.0]))
-        return self.vertices, self.faces
+        return height_field(self.rng(2), 4, np.array([0.0, 32.0, 0.0]))
 
     def rays(self, rng, count):
         """The largest component is a power of two, so that quotients by it are exact as well."""
@@ -99,8 +99,7 @@ class AxisParallel(Exact):
                 [(4, 62, -2), (4, 66, -2), (4, 66, 2), (4, 62, 2)],
             )
         ]
-        self.vertices, self.faces = join([cube, *flat])
-        return self.vertices, self.faces
+        return join([cube, *flat])
 
     def rays(self, rng, count):
         """On integers from −3 to 3 about the cube, along each axis both ways."""
@@ -141,10 +140,7 @@ class Damaged(Exact):
         for k in range(len(faces)):
             parts.append((vertices, faces[k : k + 1]))
             parts.append(spoiled[k % len(spoiled)])
-        self.all_vertices, self.all_faces = join(parts)
-        good = np.where(np.isfinite(self.all_vertices), self.all_vertices, 0)
-        self.vertices, self.faces = good, np.where(np.arange(len(self.all_faces))[:, None] % 2 == 0, self.all_faces, 0)
-        return self.all_vertices, self.all_faces
+        return join(parts)
 
     def rays(self, rng, count):
         """Random and lattice rays about the cube."""
@@ -277,7 +273,7 @@ class Duplicates(Case):
     def rays(self, rng, count):
         """At the inside."""
         origins = as_f32(rng.uniform(-1, 1, (count, 3)) + [0, 0, 3])
-        target = rng.dirichlet((2, 2, 2), count) @ self.mesh()[0]
+        target = rng.dirichlet((2, 2, 2), count) @ self.vertices
         return CaseRays(origins, as_f32(target - origins))
 
     def judge(self, on, rays, epsilon):
@@ -296,8 +292,7 @@ class OneCentroid(Case):
         """Corners at −h, h and (h, −h, h) of half sizes h on a grid of 2⁻¹⁰."""
         half = np.round(self.rng(2).uniform(0.1, 1, (AMONG, 3)) * 1024) / 1024
         corners = np.stack([-half, half, half * [1, -1, 1]], axis=1)
-        self.vertices, self.faces = separate(corners + [64, 0, 0])
-        return self.vertices, self.faces
+        return separate(corners + [64, 0, 0])
 
     def rays(self, rng, count):
         """From around the centre, outwards and through it; what they meet is computed in float64."""

@@ -63,12 +63,10 @@ def box(low, high) -> tuple[np.ndarray, np.ndarray]:
     return low + corner * (high - low), np.array(faces)
 
 
-def edges_of(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertex ids (E, 2) and the two triangles (E, 2) of every edge of a closed mesh."""
-    corners = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    order = np.lexsort(np.sort(corners, axis=1).T)
-    owner = np.repeat(np.arange(len(faces)), 3)[order].reshape(-1, 2)
-    return corners[order].reshape(-1, 2, 2)[:, 0], owner
+def edges_of(faces: np.ndarray) -> np.ndarray:
+    """(E, 2) vertex ids of every edge."""
+    corners = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return np.unique(corners, axis=0)
 
 
 def normals_of(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -1,13 +1,10 @@
 """What is tested, every triangle test × precision × fast_math × intersector there is, and what each promises."""
 
-import inspect
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import runtime
 from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
@@ -52,14 +49,7 @@ class RayMode:
         return f"{self.triangle_test} {self.precision} {self.intersector}{rest}"
 
 
-def default_mode() -> RayMode:
-    """The mode that runs if nobody chooses one and the scene is large, from the signatures that decide it."""
-    scene, start = (inspect.signature(function).parameters for function in (SceneData, runtime.init))
-    chosen = (scene["triangle_test"], start["precision"], start["fast_math"])
-    return RayMode(*(parameter.default for parameter in chosen), "wide_bvh")
-
-
-DEFAULT = default_mode()
+DEFAULT = RayMode("watertight", "f32", False, "wide_bvh")  # what runs if nobody chooses and the scene is large
 
 
 def all_modes(with_plain: bool = False) -> list[RayMode]:

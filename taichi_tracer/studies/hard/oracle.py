@@ -12,17 +12,9 @@ def integers(values) -> np.ndarray:
     return _as_int(np.ldexp(np.asarray(values, np.float64), SCALE_BITS))
 
 
-def cross(a, b) -> np.ndarray:
-    """Cross products of rows, for numbers of any kind."""
-    x = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    y = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    z = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return np.stack([x, y, z], axis=-1)
-
-
 def dot(a, b) -> np.ndarray:
     """Dot products of rows, for numbers of any kind."""
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+    return (a * b).sum(axis=-1)
 
 
 def exact_hit(o, d, corners) -> tuple[np.ndarray, np.ndarray]:
@@ -33,8 +25,8 @@ def exact_hit(o, d, corners) -> tuple[np.ndarray, np.ndarray]:
     """
     o, d, corners = integers(o), integers(d), integers(corners)
     a, b, c = (corners[:, k] - o for k in range(3))
-    n = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    volumes = np.stack([dot(d, cross(b, c)), dot(d, cross(c, a)), dot(d, cross(a, b))], axis=-1)
+    n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    volumes = np.stack([dot(d, np.cross(b, c)), dot(d, np.cross(c, a)), dot(d, np.cross(a, b))], axis=-1)
     det = dot(d, n)
     low, high = volumes.min(axis=1), volumes.max(axis=1)
     one_sided = ((low >= 0) | (high <= 0)) & (det != 0)
@@ -49,8 +41,8 @@ def margin(o, d, corners) -> np.ndarray:
     """The smallest barycentric coordinate of the point where rays meet the planes of triangles, in float64."""
     e1, e2, s = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], o - corners[:, 0]
     with np.errstate(all="ignore"):
-        det = dot(e1, cross(d, e2))
-        u, v = dot(s, cross(d, e2)) / det, dot(d, cross(s, e1)) / det
+        det = dot(e1, np.cross(d, e2))
+        u, v = dot(s, np.cross(d, e2)) / det, dot(d, np.cross(s, e1)) / det
     return np.minimum(np.minimum(u, v), 1 - u - v)
 
 
@@ -95,7 +87,7 @@ def polygon_irradiance(point, normal, corners) -> float:
         return 0.0
     to = seen / np.linalg.norm(seen, axis=1, keepdims=True)
     after = np.roll(to, -1, axis=0)
-    normals = cross(to, after)
+    normals = np.cross(to, after)
     length = np.linalg.norm(normals, axis=1)
     angle = np.arctan2(length, (to * after).sum(axis=1))
     parts = np.divide(angle * (normals @ normal), length, out=np.zeros_like(length), where=length > 0)

@@ -1,7 +1,6 @@
 """Hard cases of light that bounces: rooms without a way out, lamps where formulas are 0/0, lamps without a size."""
 
 import warnings
-from dataclasses import asdict
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import CaseTally, RendererCase
+from taichi_tracer.studies.hard.case import RendererCase, scene_without_warnings
 from taichi_tracer.studies.hard.meshes import box, join, separate, sphere
 from taichi_tracer.system.registry import PARTS
 
@@ -67,6 +66,13 @@ def reflected(point, corners) -> float:
     return ALBEDO / np.pi * oracle.polygon_irradiance(point, np.array([0.0, 1, 0]), corners)
 
 
+def path_renderer(scene: SceneData, camera: Camera | None = None, bounces: int = 1, **options) -> A4Renderer:
+    """A renderer of paths whose samples pass through the middles of pixels."""
+    renderer = A4Renderer(scene, camera=camera, **{"jitter": False} | options)
+    renderer.max_bounces = bounces
+    return renderer
+
+
 def rendered(renderer: A4Renderer, way: str, spp: int) -> tuple[np.ndarray, np.ndarray, int]:
     """(h, w, 3) mean, (h, w, 3) standard deviation of the mean, and how many samples or pixels are no numbers."""
     renderer.use(way)
@@ -90,27 +96,22 @@ class ClosedRoom(RendererCase):
     name = "closed white room, 64 bounces"
     emission, albedo = 0.125, 0.75
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """With implicit paths, every sample is the sum; with the other ways, the mean is."""
         white = Material(name="white", Kd=(self.albedo,) * 3, Ke=(self.emission,) * 3)
         (vertices, faces), block = box((-1.5, -1, -2), (1.5, 1.25, 3)), sphere(16, 8, 0.4, (0.3, -0.25, 0.1))
         mesh = mesh_of([(vertices, faces[:, ::-1]), block], [white, white])
         scene = SceneData(mesh, view={"eye": (0, 0, 2.5), "at": (0.1, 0, 0), "fov": 60.0})
-        renderer = A4Renderer(scene, 48, 48)
-        renderer.max_bounces = MOST_BOUNCES
+        renderer = path_renderer(scene, None, MOST_BOUNCES, width=48, height=48, jitter=True)
         truth = self.emission * sum(self.albedo**k for k in range(MOST_BOUNCES + 1))
-        found = CaseTally()
         for way, spp in zip(WAYS, (16, 4, 4), strict=True):
             image, _, nan = rendered(renderer, way, spp)
             off = np.abs(image[..., 0] / truth - 1)
             if way == "implicit":
                 found.add(off > 4 * MOST_BOUNCES * max(epsilon, PIXEL), nan)
-                energy = image.mean() / truth
             else:
                 error = image[..., 0].std() / np.sqrt(off.size)
                 found.add(abs(image.mean() - truth) > DEVIATIONS * error, nan, off.size)
-        scene.destroy()
-        return asdict(found) | {"energy": float(energy)}
 
 
 class MirrorCorridor(RendererCase):
@@ -121,7 +122,7 @@ class MirrorCorridor(RendererCase):
 
     name = "mirror corridor, 0 to 64 bounces"
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """After k bounces the eye, which looks along the normal, sees the emission of k + 1 surfaces."""
         mirror = Material(name="mirror", Kd=(1.0,) * 3, Ke=(1.0,) * 3, Ns=1e38)  # in f64, too
         near = quad((-9, -9, 1), (-9, 9, 1), (9, 9, 1), (9, -9, 1))
@@ -130,52 +131,39 @@ class MirrorCorridor(RendererCase):
         window = (-0.5, 0.5, -0.5, 0.5)
         camera = OrthographicCamera(8, 8, eye=(0.1, 0.2, 0.5), at=(0.1, 0.2, -1), up=(0, 1, 0), screen_window=window)
         renderer = A4Renderer(scene, camera=camera)
-        found = CaseTally()
         for way in WAYS:
             for bounces in (0, 1, 2, MOST_BOUNCES):
                 renderer.max_bounces = bounces
                 image, _, nan = rendered(renderer, way, 1)
                 off = np.abs(image[..., 0] / (bounces + 1) - 1)
                 found.add(off > 4 * (bounces + 1) * max(epsilon, PIXEL), nan)
-        scene.destroy()
-        return asdict(found)
 
 
 class LampInPlace(RendererCase):
-    """A lamp beside a floor. A subclass says where, by ``corners``.
+    """A lamp beside a floor. A subclass says where.
 
     Attributes:
+        corners: (4, 3) of the lamp, counter-clockwise as seen from the side that emits.
         size: pixels of a picture of the floor from above, whose side is ``2 * half``.
     """
+
+    corners: np.ndarray
 
     size, half, spp = 33, 2.0, 256
     turn = np.eye(3)  # of the whole scene
 
-    def corners(self) -> np.ndarray:
-        """(4, 3) of the lamp, counter-clockwise as seen from the side that emits."""
-        raise NotImplementedError
-
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """The floor's radiance is that of Lambert's formula for polygons; it is 0 behind the lamp and in its plane."""
         floor = square(self.half, centre=(0, 0))
-        parts = [(v @ self.turn.T, f) for v, f in (floor, quad(*self.corners()))]
+        parts = [(v @ self.turn.T, f) for v, f in (floor, quad(*self.corners))]
         scene = SceneData(mesh_of(parts, [FLOOR, lamp()]))
-        camera = from_above(self.size, self.half, 4, self.turn)
-        renderer = A4Renderer(scene, camera=camera, jitter=False, sampler="independent")
-        renderer.max_bounces = 1
-        points, found = floor_points(self.size, self.half), CaseTally()
-        truth = np.array([[self.radiance(p) for p in row] for row in points])
-        sees_floor = self.sees_floor(points)
+        renderer = path_renderer(scene, from_above(self.size, self.half, 4, self.turn), sampler="independent")
+        points = floor_points(self.size, self.half)
+        truth = np.array([[reflected(p, self.corners) for p in row] for row in points])
         for way in ("explicit", "path"):
             image, deviation, nan = rendered(renderer, way, self.spp)
             off = np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon
-            found.add(off[sees_floor], nan)
-        scene.destroy()
-        return asdict(found)
-
-    def radiance(self, point) -> float:
-        """What the floor reflects at a point."""
-        return reflected(point, self.corners())
+            found.add(off[self.sees_floor(points)], nan)
 
     def sees_floor(self, points) -> np.ndarray:
         """(size, size) bool: whether a pixel shows the floor and not the lamp."""
@@ -193,13 +181,7 @@ class LampInTheFloor(LampInPlace):
     turn = np.linalg.qr(np.array([[2.0, 1, 0.5], [-1, 3, 0.7], [0.3, -0.6, 2.5]]))[0]
     turn = turn * np.sign(np.linalg.det(turn))
 
-    def corners(self):
-        """A square in the middle of the floor, which has a hole there: the floor begins where the lamp ends."""
-        return np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
-
-    def radiance(self, point):
-        """The floor reflects nothing."""
-        return 0.0
+    corners = np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
 
     def sees_floor(self, points):
         """Not where the two coincide: there, either of them is the hit."""
@@ -213,10 +195,7 @@ class LampAtTheFloor(LampInPlace):
     """
 
     name = "lamp that touches its receiver"
-
-    def corners(self):
-        """A vertical square at x = 0 that faces +x."""
-        return np.array([[0, 0, 1], [0, 0, -1], [0, 1, -1], [0, 1, 1]])
+    corners = np.array([[0, 0, 1], [0, 0, -1], [0, 1, -1], [0, 1, 1]])  # a vertical square at x = 0 that faces +x
 
     def sees_floor(self, points):
         """Not at x = 0, on the edge itself, where the radiance jumps."""
@@ -230,10 +209,7 @@ class LampEdgeOn(LampInPlace):
     """
 
     name = "lamp seen edge-on"
-
-    def corners(self):
-        """A vertical square above x = 0 that faces +x."""
-        return np.array([[0, 0.5, 1], [0, 0.5, -1], [0, 1.5, -1], [0, 1.5, 1]])
+    corners = np.array([[0, 0.5, 1], [0, 0.5, -1], [0, 1.5, -1], [0, 1.5, 1]])  # faces +x
 
 
 class DegenerateLamps(RendererCase):
@@ -246,28 +222,20 @@ class DegenerateLamps(RendererCase):
     name = "emissive degenerate triangles"
     corners = np.array([[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5]])  # faces down
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """Only the right triangle is a lamp, whichever choice is made, and the floor is lit by it alone."""
         point, line = np.zeros((3, 3)), np.outer([0.0, 1, 2], [1, 1, 1])
         broken = [point, line, np.full((3, 3), np.nan), self.corners * [1, np.inf, 1], line + [3, 0, 0]]
         vertices = np.concatenate([*broken[:3], self.corners, *broken[3:]])
         lamps = vertices, np.arange(len(vertices)).reshape(-1, 3)
         good = 2 + 3  # the triangle's number: two of the floor, and three broken ones, come before it
-        truth, found = (
-            np.array([[reflected(p, self.corners) for p in row] for row in floor_points(9, 1.0)]),
-            CaseTally(),
-        )
+        truth = np.array([[reflected(p, self.corners) for p in row] for row in floor_points(9, 1.0)])
         for choice in PARTS.names("lamp choice"):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # of the triangles that were dropped
-                scene = SceneData(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
-            renderer = A4Renderer(scene, camera=from_above(9, 1.0), jitter=False, sampler="independent")
-            renderer.max_bounces = 1
+            scene = scene_without_warnings(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
+            renderer = path_renderer(scene, from_above(9, 1.0), sampler="independent")
             image, deviation, nan = rendered(renderer, "explicit", 256)
             found.add(np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon, nan)
             found.add(list(scene.lamps.table.ids) != [good])
-            scene.destroy()
-        return asdict(found)
 
 
 class NoLampAtAll(RendererCase):
@@ -278,19 +246,14 @@ class NoLampAtAll(RendererCase):
 
     name = "total emissive area 0"
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """The picture is black, in every way."""
         line = np.outer([0.0, 1, 2], [1.0, 1, 1]), np.array([[0, 1, 2]])
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)
-            scene = SceneData(mesh_of([square(2), line], [FLOOR, lamp()]))
+        scene = scene_without_warnings(mesh_of([square(2), line], [FLOOR, lamp()]))
         renderer = A4Renderer(scene, camera=Camera(8, 8, eye=(0, 3, 0.1), at=(0, 0, 0)))
-        found = CaseTally()
         for way in WAYS:
             image, _, nan = rendered(renderer, way, 4)
             found.add((image != 0).any(axis=2), nan)
-        scene.destroy()
-        return asdict(found)
 
 
 class ExtremeRadiance(RendererCase):
@@ -302,27 +265,24 @@ class ExtremeRadiance(RendererCase):
 
     name, spp = "Ke of 1e30 and 1e-30", 64
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """Divided by Ke, both pictures and their errors are the same, and the mean is that of Lambert's formula."""
         corners = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]])
         truth = np.array([[reflected(p, corners) for p in row] for row in floor_points(9, 1.0)])
-        pictures, errors, found = [], [], CaseTally()
+        pictures, errors = [], []
         for radiance in (1e30, 1e-30):
             scene = SceneData(mesh_of([square(2), quad(*corners)], [FLOOR, lamp(radiance)]))
-            renderer = A4Renderer(scene, camera=from_above(9, 1.0), jitter=False)
-            renderer.max_bounces = 1
+            renderer = path_renderer(scene, from_above(9, 1.0))
             image, _, nan = rendered(renderer, "path", self.spp)
             pictures.append(image[..., 0] / radiance)
             errors.append(float(renderer.error()))
             found.add(np.zeros(truth.shape, bool), nan)
-            scene.destroy()
         one, other = pictures
         found.add(np.abs(one / other - 1) > self.spp * PIXEL, tried=0)
         found.add(abs(one.mean() / truth.mean() - 1) > 0.02, tried=0)
         found.add(
             not abs(errors[0] / errors[1] - 1) <= self.spp * PIXEL, tried=0
         )  # one that is not known is wrong, too
-        return asdict(found)
 
 
 class MillionTriangleLamp(RendererCase):
@@ -335,21 +295,17 @@ class MillionTriangleLamp(RendererCase):
     name = "one lamp of 1e6 triangles"
     radius, height = 0.5, 2.0
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """Straight below a ball of radius R at the height h, E = π L (R/h)², whichever choice is made."""
         ball = sphere(1000, 501, self.radius, (0, self.height, 0))
         truth = ALBEDO * (self.radius / self.height) ** 2
-        found = CaseTally()
         for choice in PARTS.names("lamp choice"):
             scene = SceneData(mesh_of([square(2), ball], [FLOOR, lamp()]), lamp_choice=choice)
-            renderer = A4Renderer(scene, camera=from_above(16, 0.01), sampler="independent")
-            renderer.max_bounces = 1
+            renderer = path_renderer(scene, from_above(16, 0.01), sampler="independent", jitter=True)
             image, _, nan = rendered(renderer, "explicit", 256)
             error = image[..., 0].std() / np.sqrt(image[..., 0].size)
             # The ball is a polyhedron, which is smaller than the ball by some 1e-5.
             found.add(abs(image.mean() - truth) > 4 * error + 1e-4 * truth, nan, image[..., 0].size)
-            scene.destroy()
-        return asdict(found)
 
 
 USUAL = (

@@ -73,7 +73,7 @@ class Brdfs(RendererCase):
     heights = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)
     xis = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
     most_weight = 1.0  # of a white surface, where directions are drawn in proportion to the BRDF
-    views_from_above = (1.0, 0.5, 0.05)  # for ``with_energy``
+    views_from_above = (1.0, 0.5, 0.05)  # for ``check_energy``
     grid = (np.arange(64) + 0.5) / 64  # ξ, in both dimensions
 
     def materials(self) -> list[Material]:
@@ -94,24 +94,21 @@ class Brdfs(RendererCase):
         _Brdfs(materials, self.brdfs()).ask(ids.ravel(), w_o.astype(dtype), xi.astype(dtype), found)
         return found.astype(np.float64).reshape(*ids.shape, 10)
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """All answers are numbers, w_i has unit length, weights are in [0, 1], and densities are at least 0."""
         values = self.answers(self.heights, self.xis).reshape(-1, 10)
         length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > LENGTH_ERROR * epsilon
         weight = (values[:, 3] < 0) | (values[:, 3] > self.most_weight * (1 + LENGTH_ERROR * epsilon))
         negative = (values[:, 4:] < 0).any(axis=1)
         nan = ~np.isfinite(values).all(axis=1)
-        return {"tried": len(values), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
+        found.add((length | weight | negative) & ~nan, int(nan.sum()))
 
-    def with_energy(self, findings) -> dict[str, float]:
-        """``findings``, and whether the mean weight is at most ``MOST_ENERGY``, four deviations granted."""
+    def check_energy(self, found) -> None:
+        """Whether the mean weight is at most ``MOST_ENERGY``, four deviations granted."""
         weights = self.answers(self.views_from_above, self.grid)[..., 3]
         mean = weights.mean(axis=(2, 3))
         deviation = weights.std(axis=(2, 3)) / len(self.grid)
-        findings["tried"] += mean.size
-        findings["nan"] += int((~np.isfinite(weights)).sum())
-        findings["wrong"] += int((mean > MOST_ENERGY + 4 * deviation).sum())
-        return findings | {"energy": float(mean.max())}
+        found.add(mean > MOST_ENERGY + 4 * deviation, int((~np.isfinite(weights)).sum()))
 
 
 class OwnBrdf(Brdfs):
@@ -138,9 +135,10 @@ class OwnBrdf(Brdfs):
         alone.describes = lambda material, dtype: True
         return [alone]
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """As for the package's own; and a white surface reflects no more than it receives."""
-        return self.with_energy(super().judge(epsilon))
+        super().check(found, epsilon)
+        self.check_energy(found)
 
 
 class OppositeNormals(RendererCase):
@@ -151,7 +149,7 @@ class OppositeNormals(RendererCase):
 
     name = "opposite vertex normals"
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """Along the edge between the two, every normal has unit length."""
         mesh = Mesh(
             vertices=np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]),
@@ -163,13 +161,7 @@ class OppositeNormals(RendererCase):
         x = np.arange(1, 64) / 64
         hits = scene.intersect(np.stack([x, 0 * x, 0 * x + 1], axis=1), [0, 0, -1.0])
         length = np.linalg.norm(hits.normal.astype(np.float64), axis=1)
-        scene.destroy()
-        return {
-            "tried": len(x),
-            "misses": int((~hits.is_hit).sum()),
-            "wrong": int((np.abs(length[np.isfinite(length)] - 1) > 8 * epsilon).sum()),
-            "nan": int(np.isnan(hits.normal).any(axis=1).sum()),
-        }
+        found.add(~hits.is_hit | (np.abs(length - 1) > 8 * epsilon), int(np.isnan(length).sum()))
 
 
 @ti.data_oriented
@@ -197,7 +189,7 @@ class Accumulation(RendererCase):
     name = "accumulation of 1e7 samples"
     samples = 10_000_000
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """The mean is the value, within two roundings."""
         film = Film(1, 1)
         value = float(runtime.dtype()(0.1))
@@ -206,12 +198,8 @@ class Accumulation(RendererCase):
         mean = film.canvas.to_numpy().astype(np.float64)[0, 0]
         truth = np.array([1, 1 / 3, 1000]) * value
         off = np.abs(mean / truth - 1)
-        count = int(film.counts().max())
-        return {
-            "tried": self.samples,
-            "wrong": int((~(off <= 2 * epsilon)).sum() + (count != self.samples)),
-            "error": float(off.max()),
-        }
+        found.add(~(off <= 2 * epsilon), tried=self.samples)
+        found.add(film.counts().max() != self.samples, tried=0)
 
 
 class Furnace(RendererCase):
@@ -226,7 +214,7 @@ class Furnace(RendererCase):
     def __init__(self, estimator) -> None:
         self.estimator, self.name = estimator, f"furnace: {estimator.name}"
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """The mean radiance of each sphere is at most 1.01, four deviations granted, and all samples are finite."""
         parts = [sphere(10, 6, 1.0, (2.5 * k, 0, 0)) for k in range(len(self.exponents))]
         offsets = np.cumsum([0] + [len(v) for v, _ in parts])[:-1]
@@ -243,12 +231,9 @@ class Furnace(RendererCase):
             renderer = A2Renderer(scene, camera=Camera(96, 32, **view)).use(self.estimator.name)
             renderer.render(64)
         image, variance = renderer.image().astype(np.float64), renderer.film.variance_of_mean()
-        wrong, tried = 0, image[..., 0].size * 64
         for third in range(3):
             columns = slice(32 * third, 32 * (third + 1))
             mean = image[:, columns].mean()
             deviation = math.sqrt(variance[:, columns].sum()) / variance[:, columns].size
-            wrong += not mean <= MOST_ENERGY + 4 * deviation
-        nan = int(renderer.non_finite + np.isnan(image).any(axis=2).sum())
-        scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan, "energy": float(image.mean())}
+            found.add(not mean <= MOST_ENERGY + 4 * deviation, tried=image[:, columns, 0].size * 64)
+        found.add(False, int(renderer.non_finite + np.isnan(image).any(axis=2).sum()), tried=0)

@@ -22,19 +22,23 @@ class DistanceCase(Case):
     stage = "unit"
     num_triangles = 64
     rays_wanted = 0.1
+    exponents = -0.3, 0.3  # of the distance of an origin
 
     def triangles(self, rng) -> np.ndarray:
         """(n, 3, 3) corners."""
         return rng.uniform(-1, 1, (self.num_triangles, 3, 3))
 
     def aim(self, rng, corners: np.ndarray, target: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and directions towards ``target``, on triangles with the unit normal ``n``."""
-        raise NotImplementedError
+        """Origins and directions towards ``target``, on triangles with the unit normal ``n``.
+
+        Here, rays meet the plane at more than 17 degrees.
+        """
+        origin = as_f32(target + steep(rng, n) * 10.0 ** rng.uniform(*self.exponents, (len(n), 1)))
+        return origin, target - origin
 
     def mesh(self):
         """Triangles that share no vertex; they may lie across each other, since each is asked alone."""
-        self.vertices, self.faces = separate(self.triangles(self.rng(2)))
-        return self.vertices, self.faces
+        return separate(self.triangles(self.rng(2)))
 
     def rays(self, rng, count):
         """Three times as many are aimed; those that are surely inside are kept, with their exact t."""
@@ -65,11 +69,6 @@ class UnitTriangles(DistanceCase):
     """Triangles and distances of about 1: what every test should get right to the last digits."""
 
     name, measure = "t: unit triangles", "t_unit"
-
-    def aim(self, rng, corners, target, n):
-        """Rays meet the plane at more than 17 degrees."""
-        away = steep(rng, n)
-        return target + away * rng.uniform(0.5, 2, (len(n), 1)), -away
 
 
 class Slivers(DistanceCase):
@@ -133,16 +132,11 @@ class FarOrigins(DistanceCase):
     """
 
     name, measure, stage = "t: origins at 1e4 to 1e6", "t_far", "soup"
+    exponents = 4, 6
 
     def triangles(self, rng):
         """Corners lie around the origin."""
         return rng.normal(size=(self.num_triangles, 3, 3)) * 10
-
-    def aim(self, rng, corners, target, n):
-        """Rays meet the plane at more than 17 degrees."""
-        away = steep(rng, n)
-        origin = as_f32(target + away * 10.0 ** rng.uniform(4, 6, (len(n), 1)))
-        return origin, target - origin
 
 
 class InThePlane(Case):
@@ -158,8 +152,7 @@ class InThePlane(Case):
         """Small integers, so that the determinant is exactly 0 in f32, too."""
         corners = self.rng(2).integers(-3, 4, (40, 3, 3)).astype(float)
         area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).any(axis=1)
-        self.vertices, self.faces = separate(corners[area] + [0, 0, 96])
-        return self.vertices, self.faces
+        return separate(corners[area] + [0, 0, 96])
 
     def rays(self, rng, count):
         """Origins and directions are whole multiples of the edges."""

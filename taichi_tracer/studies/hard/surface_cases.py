@@ -1,7 +1,6 @@
 """Hard cases of surfaces and of the lights at them: microfacets, textures without an extent, lights inside surfaces."""
 
 import itertools
-from dataclasses import asdict
 
 import numpy as np
 
@@ -11,10 +10,10 @@ from taichi_tracer.camera import Camera
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.renderer import A2Renderer, A4Renderer
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_from_mesh
-from taichi_tracer.studies.hard.case import CaseTally, RendererCase
+from taichi_tracer.studies.hard.case import RendererCase
 from taichi_tracer.studies.hard.meshes import join, sphere
 from taichi_tracer.studies.hard.path_cases import (
     ALBEDO,
@@ -23,6 +22,7 @@ from taichi_tracer.studies.hard.path_cases import (
     floor_points,
     from_above,
     mesh_of,
+    path_renderer,
     quad,
     rendered,
     square,
@@ -50,9 +50,10 @@ class Microfacets(Brdfs):
         pairs = itertools.product(self.alphas, self.alphas)
         return [Material(Kd=(1.0,) * 3, F0=1.0, alpha_x=x, alpha_y=y, extra=self.extra) for x, y in pairs]
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """As for other BRDFs; and a surface reflects no more than it receives."""
-        return self.with_energy(super().judge(epsilon))
+        super().check(found, epsilon)
+        self.check_energy(found)
 
 
 class RoughLayers(Microfacets):
@@ -81,9 +82,9 @@ class DegenerateCoordinates(RendererCase):
     name = "texture coordinates: equal, far away, NaN"
     places = (0.0, 0.25, 1.0, -7.5, 1e7, -1e30, 3e38)
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """Each shows a colour of the picture, of which the light is a multiple; NaN is refused and names uv."""
-        found, half = CaseTally(), len(self.places)
+        half = len(self.places)
         strips = [quad((x, 0, half), (x + 2, 0, half), (x + 2, 0, -half), (x, 0, -half)) for x in range(-half, half, 2)]
         vertices, faces = join(strips)
         uv = np.repeat(self.places, 6)[:, None] * np.ones(2)  # of the six corners of each strip
@@ -95,10 +96,8 @@ class DegenerateCoordinates(RendererCase):
         color = renderer.aov("albedo")
         found.add((color < pixels.min() - epsilon) | (color > pixels.max() + epsilon), nan)
         found.add(np.abs(image - color) > 8 * max(epsilon, PIXEL), tried=0)
-        scene.destroy()
         for value in (np.nan, np.inf):
             found.add(not self._is_refused(vertices, faces, value))
-        return asdict(found)
 
     def _is_refused(self, vertices, faces, value) -> bool:
         try:
@@ -117,27 +116,19 @@ class LightInside(RendererCase):
 
     name = "a light inside a surface"
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """From outside, all is black; inside, light arrives everywhere; in the plane of the floor, all is finite."""
-        ball, found = sphere(24, 12, 0.5, (0.1, 0.7, -0.1)), CaseTally()
+        ball = sphere(24, 12, 0.5, (0.1, 0.7, -0.1))
         mesh = mesh_of([square(2), ball], [FLOOR, FLOOR])
         scene = SceneData(mesh, lights=[PointLight((0.15, 0.75, -0.05))])
         outside, inside = from_above(33, 2.0, 4), Camera(24, 24, eye=(0.1, 0.7, -0.5), at=(0.1, 0.7, 0), fov=80)
         for camera, is_lit in ((outside, False), (inside, True)):
-            image, _, nan = rendered(self._renderer(scene, camera), "explicit", 1)
+            image, _, nan = rendered(path_renderer(scene, camera), "explicit", 1)
             found.add((image > 0).any(axis=2) != is_lit, nan)
-        scene.destroy()
         lights = [PointLight(place) for place in ((0.0, 0, 0), (2.0, 0, 2), (0.5, 1e-30, 0.25))]
         scene = SceneData(mesh_of([square(2)], [FLOOR]), lights=lights)
-        image, _, nan = rendered(self._renderer(scene, outside), "explicit", 1)
+        image, _, nan = rendered(path_renderer(scene, outside), "explicit", 1)
         found.add((image < 0).any(axis=2), nan)
-        scene.destroy()
-        return asdict(found)
-
-    def _renderer(self, scene, camera) -> A4Renderer:
-        renderer = A4Renderer(scene, camera=camera, jitter=False)
-        renderer.max_bounces = 1
-        return renderer
 
 
 class SpotAngles(RendererCase):
@@ -152,17 +143,16 @@ class SpotAngles(RendererCase):
     lines, cones = ((0.0, 0.0), (1e-30, 0.0)), ((30.0, 30.0), (90.0, 90.0), (180.0, 180.0), (60.0, 0.0))
     near = 1e-3  # degrees to the border of the light, where rounding decides
 
-    def judge(self, epsilon):
+    def check(self, found, epsilon):
         """The floor shows the sum of s(θ) I cos θ/r² of all, each of them black beyond its cutoff."""
-        points, found = floor_points(self.size, self.half), CaseTally()
+        points = floor_points(self.size, self.half)
         r = np.sqrt((points**2).sum(axis=2) + self.height**2)
         theta = np.degrees(np.arctan2(np.linalg.norm(points, axis=2), self.height))
         for angles in (self.lines, self.cones):  # apart, because the border of a line is the middle of a cone
             strengths = [(2.0**-k, *pair) for k, pair in enumerate(angles)]  # so that two errors do not cancel
             spots = [SpotLight((0, self.height, 0), (0, 0, 0), *values) for values in strengths]
             scene = SceneData(mesh_of([square(self.half)], [FLOOR]), lights=spots)
-            renderer = A4Renderer(scene, camera=from_above(self.size, self.half, 0.5), jitter=False)
-            renderer.max_bounces = 1
+            renderer = path_renderer(scene, from_above(self.size, self.half, 0.5))
             image, _, nan = rendered(renderer, "explicit", 1)
             sure, truth = np.ones(theta.shape, bool), np.zeros(theta.shape)
             for intensity, cutoff, falloff in strengths:
@@ -170,8 +160,6 @@ class SpotAngles(RendererCase):
                 truth += ALBEDO / np.pi * intensity * share * self.height / r**3
                 sure &= np.abs(theta - cutoff) > self.near
             found.add(sure & ~(np.abs(image[..., 0] - truth) <= 1e-5), nan)
-            scene.destroy()
-        return asdict(found)
 
 
 SURFACES = (Microfacets, RoughLayers, DegenerateCoordinates, LightInside, SpotAngles)
