@@ -62,13 +62,6 @@ def poses(camera):
 # ── the checks ──
 
 
-def check_camera(camera_class):
-    """All that a camera must do."""
-    camera = camera_class(WIDTH, HEIGHT)
-    for step in STEPS:
-        step(camera)
-
-
 def check_rays_are_finite(camera):
     """Every ray is finite, and its direction has unit length: at pixel centres, at corners, wherever the camera is."""
     pixels = np.concatenate([all_pixels()] * 2)

@@ -88,12 +88,6 @@ def regions():
 # ── the checks ──
 
 
-def check_estimator(estimator):
-    """The means of an estimator; ``check_samples_are_finite`` is another check, which takes longer."""
-    check_constant_light(estimator)
-    check_sky_sun_and_emission(estimator)
-
-
 def check_constant_light(estimator):
     """Under light of 1.5 from everywhere a plane has the radiance 1.5 Kd, and a miss shows 1.5."""
     scene = plane(environment=np.full((2, 4, 3), 1.5))

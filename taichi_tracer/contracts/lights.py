@@ -12,9 +12,9 @@ import taichi_tracer as tt
 from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import (
     ABOVE_ZERO,
-    SphereCells,
+    check_density,
     check_range,
-    chi_square_p,
+    check_unit,
     directions_everywhere,
     sidak,
     uniform_pairs,
@@ -23,9 +23,7 @@ from taichi_tracer.ray import no_hit
 
 SAMPLES = 100_000
 POINTS = np.array([[0.0, 0.0, 0.0], [0.7, -0.3, 0.4], [-30.0, 20.0, 10.0]])  # that are lit
-PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
 VALUE_TOLERANCE = 1e-4  # between what ``sample`` returns and what is asked for its direction
-ROWS = 16  # of the cells in which samples of an image are counted; each is as wide as a texel
 FEW = 5e-3  # of the samples, which rounding moves over an edge, such as that of a texel
 
 
@@ -35,15 +33,12 @@ class Bench:
     Args:
         intersector: of a scene that contains the light; None where rays meet nothing.
         points: (N, 3) that are lit.
+        cells: ``SphereCells`` at whose edges the density may jump; chosen by the samples when None.
     """
 
-    def __init__(self, light, intersector=None, points=POINTS):
-        self.points, self.light, is_near = points, light, intersector is not None
+    def __init__(self, light, intersector=None, points=POINTS, cells=None):
+        self.points, self.light, self.cells, is_near = points, light, cells, intersector is not None
         light.prepare()
-
-        @ti.func
-        def sample(x, xi):
-            return light.sample(x, xi)
 
         @ti.func
         def values(x, w_i):
@@ -53,7 +48,7 @@ class Bench:
                 hit = intersector.query_segment(ray, 0.0, tm.inf)
             return light.pdf(x, w_i, hit), light.radiance(ray, hit)
 
-        self.sample = Rows(sample, [3, 2], [3, 1, 3, 1])  # x, (N, 2) ξ → w_i, distance, radiance, pdf
+        self.sample = Rows(light.sample, [3, 2], [3, 1, 3, 1])  # x, (N, 2) ξ → w_i, distance, radiance, pdf
         self.values = Rows(values, [3, 3], [1, 3])  # x, (N, 3) w_i → pdf, radiance
 
 
@@ -61,11 +56,10 @@ class Bench:
 
 
 def check_light(light, intersector=None, cells=None):
-    """All that a light which is given to a scene must do; arguments as for ``check_light_of_samples``."""
-    if light.is_ambient:
-        check_ambient(light)
-    else:
-        check_light_of_samples(light, intersector, cells)
+    """All that a light which is given to a scene must do; arguments as for ``Bench``."""
+    subject = light if light.is_ambient else Bench(light, intersector, cells=cells)
+    for step in steps(light):
+        step(subject)
     check_facts(light)
 
 
@@ -82,20 +76,10 @@ def check_ambient(light):
     np.testing.assert_allclose(twice, 2 * one, rtol=VALUE_TOLERANCE, err_msg=light.name)
 
 
-def check_light_of_samples(light, intersector=None, cells=None):
-    """All that is asked of it in kernels.
-
-    Args:
-        intersector: of a scene that contains the light, unless it is infinitely far away or a delta light.
-        cells: ``SphereCells`` at whose edges the density may jump; chosen by the samples when None.
-    """
-    bench = Bench(light, intersector)
-    for step in steps(light):
-        step(bench, cells) if step is check_sample_follows_pdf else step(bench)
-
-
 def steps(light):
-    """The checks of a light that is no ambient light, in the order in which a mistake is looked for."""
+    """The checks of a light, or of its ``Bench``, in the order in which a mistake is looked for."""
+    if light.is_ambient:
+        return (check_ambient,)
     if light.is_delta:
         return check_samples_are_legal, check_delta
     return check_samples_are_legal, check_sample_agrees_with_values, check_sample_follows_pdf
@@ -108,8 +92,7 @@ def check_samples_are_legal(bench):
     for x in bench.points:
         w_i, distance, radiance, pdf = bench.sample(x, xi)
         what = f"{light.name} at {x}"
-        length = np.linalg.norm(w_i, axis=1)
-        check_range(f"{what}: the length of a direction that sample returns", length, 1 - 1e-5, 1 + 1e-5)
+        check_unit(what, w_i)
         check_range(f"{what}: a radiance that sample returns", radiance, 0)
         check_range(f"{what}: a pdf that sample returns", pdf, ABOVE_ZERO)
         assert (distance > 0).all(), f"{what}: the light is at the distance {distance.min()}"
@@ -147,37 +130,19 @@ def check_sample_agrees_with_values(bench):
             )
 
 
-def check_sample_follows_pdf(bench, cells=None):
+def check_sample_follows_pdf(bench):
     """The samples are those of pdf, and ∫ pdf = 1: χ² at the level that ``sidak`` gives for all points."""
     for i, x in enumerate(bench.points):
-        w_i = bench.sample(x, uniform_pairs(SAMPLES, seed=10 + i))[0]
-        own = SphereCells.of_samples(bench.sample(x, uniform_pairs(10_000, seed=20 + i))[0]) if cells is None else cells
-        integrals = own.integrals(lambda directions, x=x: bench.values(x, directions)[0])
-        assert abs(integrals.sum() - 1) < PDF_TOLERANCE, (
-            f"{bench.light.name} at {x}: the integral of pdf is {integrals.sum():.5f}"
+        what = f"{bench.light.name} at {x}"
+        check_density(
+            what,
+            lambda xi, x=x: bench.sample(x, xi)[0],
+            lambda w_i, x=x: bench.values(x, w_i)[0],
+            SAMPLES,
+            sidak(len(bench.points)),
+            seed=10 + i,
+            cells=bench.cells,
         )
-        p = chi_square_p(own.counts(w_i), SAMPLES * integrals)
-        assert p > sidak(len(bench.points)), f"{bench.light.name} at {x}: the samples are not those of pdf: p = {p:.1e}"
-
-
-def check_sample_follows_texels(bench, height, width):
-    """The samples are those of pdf, and ∫ pdf = 1: of an image whose pdf is constant in each texel."""
-    theta, phi = np.pi * (np.arange(height) + 0.5) / height, 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
-    across, up = np.sin(theta)[:, None], np.broadcast_to(np.cos(theta)[:, None], (height, width))
-    centres = np.stack([across * np.cos(phi), up, across * np.sin(phi)], axis=-1).reshape(-1, 3)
-    solid_angle = -np.diff(np.cos(np.pi * np.arange(height + 1) / height)) * 2 * np.pi / width
-    x = bench.points[0]
-    expected = (bench.values(x, centres)[0].reshape(height, width) * solid_angle[:, None]).ravel()
-    name = bench.light.name
-    assert abs(expected.sum() - 1) < PDF_TOLERANCE, f"{name}: the integral of pdf is {expected.sum():.5f}"
-    w_i = bench.sample(x, uniform_pairs(SAMPLES, seed=10))[0]
-    row = np.minimum((np.arccos(np.clip(w_i[:, 1], -1, 1)) / np.pi * height).astype(int), height - 1)
-    turn = np.arctan2(w_i[:, 2], w_i[:, 0]) / (2 * np.pi) + 0.5
-    found = np.bincount(row * width + np.minimum((turn * width).astype(int), width - 1), minlength=height * width)
-    blocks = [of.reshape(height, width)[: height // ROWS * ROWS] for of in (found, SAMPLES * expected)]
-    counts, wanted = (of.reshape(ROWS, -1, width).sum(axis=1) for of in blocks)
-    p = chi_square_p(counts, wanted)
-    assert p > sidak(1), f"{name}: the samples are not those of pdf: p = {p:.1e}"
 
 
 def check_facts(light):

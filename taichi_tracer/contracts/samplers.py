@@ -18,8 +18,6 @@ from taichi_tracer.contracts.statistics import (
     chi_square_sf,
     largest_z,
     sidak,
-    student_sf,
-    uniform_p,
 )
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system import runtime
@@ -84,25 +82,20 @@ def check_same_numbers_for_the_same_key(sampler):
 
 
 def check_numbers_are_uniform(sampler):
-    """Each of 2 × 64 columns in [0, 1), by Kolmogorov and Smirnov's test and by χ² in 64 bins."""
+    """Each of 2 × 64 columns in [0, 1), by χ² in 64 bins."""
     sets = [numbers(sampler, keys_of_pixels()), numbers(sampler, keys_of_samples(5, 3, 4096))]
-    level = sidak(2 * sum(np.prod(found.shape[1:]) for found in sets), ALPHA_OF_ONE)
     for found in sets:
         check_range(f"{sampler.name}: a number", found, 0, BELOW_ONE)
-        columns = found.reshape(len(found), -1).astype(np.float64)
-        for k in range(columns.shape[1]):
-            counts = np.bincount((columns[:, k] * 64).astype(int), minlength=64)
-            p_of_distance = uniform_p(columns[:, k])
-            p = min(p_of_distance, chi_square_p(counts, np.full(64, len(found) / 64)))
-            assert p > level, f"{sampler.name}: number {k % 2} of dimension {k // 2} is not uniform: p = {p:.1e}"
+        columns = (found.reshape(len(found), -1) * 64).astype(int)
+        p = np.array([chi_square_p(np.bincount(k, minlength=64), np.full(64, len(k) / 64)) for k in columns.T])
+        k = p.argmin()
+        assert p[k] > sidak(len(sets) * len(p), ALPHA_OF_ONE), (
+            f"{sampler.name}: number {k % 2} of dimension {k // 2} is not uniform: p = {p[k]:.1e}"
+        )
 
 
 def check_dimensions_are_independent(sampler):
-    """No two of 2 × 64 columns have to do with each other: over pixels by χ² in 8 × 8 boxes, within pixels by r.
-
-    Over the samples of one pixel the spread of a correlation is not that of independent numbers: the mean over 64
-    pixels is compared with its own spread.
-    """
+    """No two of 2 × 64 columns have to do with each other: over pixels, by χ² in 8 × 8 boxes."""
     columns = numbers(sampler, keys_of_pixels()).reshape(WIDTH * HEIGHT, -1)
     count = columns.shape[1]
     first, second = np.triu_indices(count, 1)
@@ -110,26 +103,10 @@ def check_dimensions_are_independent(sampler):
     boxes = (is_in.T @ is_in).reshape(count, BINS, count, BINS)[first, :, second].astype(np.float64)
     expected = len(columns) / BINS**2
     p = chi_square_sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
-    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _message(
-        sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels"
+    a, b = (f"number {i[p.argmin()] % 2} of dimension {i[p.argmin()] // 2}" for i in (first, second))
+    assert p.min() > sidak(len(p), ALPHA_OF_ONE), (
+        f"{sampler.name}: {a} and {b} depend on each other: p = {p.min():.1e} over pixels"
     )
-
-    pixels = [(x, y) for x in range(0, WIDTH, 16) for y in range(0, HEIGHT, 16)]
-    r = []
-    for x, y in pixels:
-        own = numbers(sampler, keys_of_samples(x, y, 256)).reshape(256, -1)
-        r.append(np.corrcoef(own.T)[first, second])
-    r = np.array(r)
-    t = r.mean(axis=0) / np.maximum(r.std(axis=0, ddof=1), 1e-6) * np.sqrt(len(pixels))
-    p = 2 * student_sf(np.abs(t), len(pixels) - 1)
-    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _message(
-        sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel"
-    )
-
-
-def _message(sampler, first, second, k, what):
-    a, b = (f"number {i % 2} of dimension {i // 2}" for i in (first[k], second[k]))
-    return f"{sampler.name}: {a} and {b} depend on each other: {what}"
 
 
 def check_pixels_are_independent(sampler):
@@ -141,18 +118,18 @@ def check_pixels_are_independent(sampler):
         "above it": (by_pixel[:-1].reshape(-1, 2 * DIMENSIONS), by_pixel[1:].reshape(-1, 2 * DIMENSIONS)),
         "mirrored": (by_pixel[upper], by_pixel.transpose(1, 0, 2)[upper]),
     }
-    limit = largest_z(len(neighbours) * 2 * DIMENSIONS, ALPHA_OF_ONE)
     for where, (a, b) in neighbours.items():
-        z = np.abs(_correlations(a, b)) * np.sqrt(len(a))
-        assert z.max() < limit, (
-            f"{sampler.name}: dimension {z.argmax() // 2} of a pixel and of the one {where} have z = {z.max():.1f}"
-        )
+        _check_uncorrelated(sampler, f"of a pixel and of the one {where}", a, b, len(neighbours))
 
 
-def _correlations(a, b):
-    """(K,) the correlation of each column of a with the same column of b."""
+def _check_uncorrelated(sampler, what, a, b, pairs=1):
+    """Each column of a has no correlation with the same column of b; ``pairs`` counts how many a and b are tested."""
     a, b = (column - column.mean(axis=0) for column in (a, b))
-    return (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
+    r = (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
+    z = np.abs(r) * np.sqrt(len(a))
+    assert z.max() < largest_z(pairs * len(z), ALPHA_OF_ONE), (
+        f"{sampler.name}: dimensions {z.argmax() // 2} {what} are correlated: z = {z.max():.1f}"
+    )
 
 
 def check_dimensions_advance(sampler):
@@ -179,10 +156,7 @@ def check_replicas_are_independent(sampler):
     if not sampler.replicated:
         return
     even, odd = (numbers(sampler, keys_of_pixels(i)).reshape(WIDTH * HEIGHT, -1).astype(np.float64) for i in (0, 1))
-    z = np.abs(_correlations(even, odd)) * np.sqrt(len(even))
-    assert z.max() < largest_z(len(z), ALPHA_OF_ONE), (
-        f"{sampler.name}: even and odd samples are not independent: {z.max():.1f}"
-    )
+    _check_uncorrelated(sampler, "of even and odd samples", even, odd)
 
 
 def check_net(sampler):

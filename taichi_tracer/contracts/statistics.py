@@ -16,8 +16,8 @@ import numpy as np
 ALPHA = 0.01
 ABOVE_ZERO = np.finfo(np.float64).tiny  # the least value of what must not be 0
 QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
+PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
-TERMS = 100  # of Kolmogorov's series; far fewer matter
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 
 
@@ -35,20 +35,6 @@ def chi_square_sf(x, k: int):
     """The probability that a χ² of k degrees of freedom is larger than x (Wilson & Hilferty, PNAS 1931)."""
     spread = 2 / (9 * k)
     return normal_sf((np.cbrt(np.asarray(x, np.float64) / k) - (1 - spread)) / math.sqrt(spread))
-
-
-def student_sf(t, k: int):
-    """The probability that Student's t of k degrees of freedom is larger than t, for t ≥ 0 (Wallace, 1959)."""
-    return normal_sf((8 * k + 1) / (8 * k + 3) * np.sqrt(k * np.log1p(np.square(t) / k)))
-
-
-def uniform_p(numbers: np.ndarray) -> float:
-    """p of Kolmogorov and Smirnov's test of uniform numbers in [0, 1) (the series with Stephens' correction, 1970)."""
-    n, ordered = len(numbers), np.sort(numbers)
-    steps = np.arange(n + 1) / n
-    largest = max((steps[1:] - ordered).max(), (ordered - steps[:-1]).max())
-    scaled, k = (math.sqrt(n) + 0.12 + 0.11 / math.sqrt(n)) * largest, np.arange(1, TERMS + 1)
-    return float(np.clip(2 * ((-1.0) ** (k - 1) * np.exp(-2 * np.square(k * scaled))).sum(), 0, 1))
 
 
 def sidak(count, alpha=ALPHA):
@@ -122,12 +108,12 @@ class SphereCells:
         return cells.reshape(-1, self.columns)
 
     def integrals(self, function, tolerance=3e-6, most_halvings=9):
-        """(rings, columns) ∫ f dω over each cell, or (rings, columns, k), by Gauss's rule in s and φ.
+        """(rings, columns, k) ∫ f dω over each cell, by Gauss's rule in s and φ.
 
         A rectangle of s and φ is cut in four until that changes its integral by less than the tolerance.
 
         Args:
-            function: (N, 3) unit directions → (N,) or (N, k).
+            function: (N, 3) unit directions → (N,) or (N, k); k is 1 for (N,).
         """
         rings, step = len(self.edges) - 1, 2 * np.pi / self.columns
         ring, column = np.mgrid[0:rings, 0 : self.columns].reshape(2, -1)
@@ -149,8 +135,7 @@ class SphereCells:
             four = np.repeat(is_open, 4)
             corners, sizes, coarse = quarters[four], np.repeat(sizes[is_open], 4, axis=0) / 2, fine[four]
             cell = np.repeat(cell[is_open], 4)
-        cells = total.reshape(rings, self.columns, -1)
-        return cells[..., 0] if cells.shape[-1] == 1 else cells
+        return total.reshape(rings, self.columns, -1)
 
     def _of_rectangles(self, function, corners, sizes):
         """(N, k) ∫ f dω over (N, 2) rectangles of s and φ."""
@@ -173,6 +158,35 @@ def check_range(what, values, low=-np.inf, high=np.inf):
     assert np.isfinite(values).all(), f"{what} is not finite"
     assert (values >= low).all(), f"{what} is {values.min()}, below {low:g}"
     assert (values <= high).all(), f"{what} is {values.max()}, above {high:g}"
+
+
+def check_unit(what, directions):
+    """Raise an AssertionError if one of the (N, 3) directions that ``sample`` returns has not the length 1."""
+    length = np.linalg.norm(directions, axis=1)
+    check_range(f"{what}: the length of a direction that sample returns", length, 1 - 1e-5, 1 + 1e-5)
+
+
+def check_density(what, sample, function, count, level, seed, cells=None):
+    """Check that samples follow a density per solid angle whose integral is 1: a χ² test over cells of the sphere.
+
+    Args:
+        sample: (N, 2) random numbers → (N, 3) directions. count: how many are tested; level: of the test.
+        function: (N, 3) directions → (N,) density; or (N, k), of which the first column is the density.
+        cells: ``SphereCells``; chosen by other samples when None.
+
+    Returns:
+        The (count, 3) directions, and (k,) the integrals of all columns.
+    """
+    if cells is None:
+        cells = SphereCells.of_samples(sample(uniform_pairs(10_000, seed=1000 + seed)))
+    w_i = sample(uniform_pairs(count, seed=seed))
+    check_unit(what, w_i)
+    integrals = cells.integrals(function)
+    total = integrals.sum(axis=(0, 1))
+    assert abs(total[0] - 1) < PDF_TOLERANCE, f"{what}: the integral of pdf is {total[0]:.5f}"
+    p = chi_square_p(cells.counts(w_i), count * integrals[..., 0])
+    assert p > level, f"{what}: the samples are not those of pdf: p = {p:.1e}"
+    return w_i, total
 
 
 def uniform_pairs(count, seed):

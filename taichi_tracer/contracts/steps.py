@@ -20,6 +20,7 @@ from taichi_tracer.contracts import (
     triangle_tests,
     views,
 )
+from taichi_tracer.contracts.statistics import SphereCells
 from taichi_tracer.system.overrides import replaced
 
 Step = tuple[str, Callable[[], Any]]  # what is checked, and the check
@@ -72,22 +73,18 @@ def checks_of_integrator(integrator: Any) -> list[Callable]:
 
 def checks_of_light(light: Any) -> list[partial]:
     """Those of a light. A scene for one that rays meet is not known here: of it, only samples are checked."""
-    if light.is_ambient:
-        return [partial(lights.check_ambient, light), partial(lights.check_facts, light)]
-    checks = lights.steps(light) if light.is_far or light.is_delta else [lights.check_samples_are_legal]
-    bench = lights.Bench(light)
-    return [*(partial(check, bench) for check in checks), partial(lights.check_facts, light)]
+    is_known = light.is_far or light.is_delta or light.is_ambient
+    checks = lights.steps(light) if is_known else [lights.check_samples_are_legal]
+    subject = light if light.is_ambient else lights.Bench(light)
+    return [*(partial(check, subject) for check in checks), partial(lights.check_facts, light)]
 
 
 def checks_of_environment(environment: Any) -> list[partial]:
     """Those of a light that surrounds a triangle, which is lit by the environment alone."""
     scene = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=environment())
-    light, image = scene.in_kernels().lights.far[0], scene.environment
-    bench = lights.Bench(light)
-    checks = [partial(one, bench) for one in lights.steps(light) if one is not lights.check_sample_follows_pdf]
-    if image.lookup == "nearest" and image.height >= lights.ROWS and image.constant is None:
-        checks.append(partial(lights.check_sample_follows_texels, bench, int(image.height), int(image.width)))
-    return checks
+    light = scene.in_kernels().lights.far[0]
+    bench = lights.Bench(light, cells=SphereCells.equal_angles(16, 32))
+    return [partial(check, bench) for check in lights.steps(light)]
 
 
 def sentence(check: partial) -> str:

@@ -10,6 +10,7 @@ import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.contracts import lights
 from taichi_tracer.contracts.statistics import SphereCells
+from taichi_tracer.contracts.steps import checks_of_environment
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -21,28 +22,17 @@ def test_light(part):
     lights.check_light(part)
 
 
-def environment_light(image, **options):
-    """The light of an environment that surrounds a triangle."""
-    environment = tt.Environment(image, **options)
-    scene = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=environment)
-    return scene.in_kernels().lights.far[0], scene
+def test_environments():
+    """An image with a bright spot, turned; and one that is interpolated."""
+    image = np.random.default_rng(5).random((32, 64, 3))
+    image[5, 9] = 300
+    for options in ({"rotation": 90.0, "intensity": 3.0}, {"lookup": "bilinear"}):
 
+        def environment(options=options):
+            return tt.Environment(image, **options)
 
-def images():
-    """name → image of 8 × 16 texels at most, and how it is looked up."""
-    random = np.random.default_rng(5).random((8, 16, 3))
-    spot = np.full((8, 16, 3), 1e-3)
-    spot[2, 5] = 1e4
-    holes = random * (np.random.default_rng(6).random((8, 16, 1)) < 0.3)
-    return {
-        "random": (random, {}),
-        "turned": (random, {"rotation": 90.0, "intensity": 3.0}),
-        "bilinear": (random, {"lookup": "bilinear"}),
-        "a spot": (spot, {}),
-        "holes": (holes, {}),
-        "one colour": (np.full((2, 4, 3), 0.25), {}),
-        "coarse": (random[:4, :8], {}),
-    }
+        for check in checks_of_environment(environment):
+            check()
 
 
 # ── lights for the tests: half a sky and a lamp, both right, and what can be wrong with them ──
