@@ -34,7 +34,8 @@ class PartResult:
         pictures: "yours", "right" and "difference": (height, width, 3) arrays with the top row first; or empty.
         arrays: the answers, until they are judged.
         name, topic, points: of the part; points are those of a right answer.
-        findings: what is probably wrong, the fields of ``mistakes.Finding`` each.
+        findings: what is probably wrong, each with "names" (that of the known mistake; empty if the error is only
+            described), "text" (a sentence), and "hint" (a sentence that leads to the solution, or "").
         seconds: how long the answer took, with compilation. It is no part of the mark.
     """
 

@@ -15,7 +15,7 @@ from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
 from taichi_tracer.teaching.export import RECORD
-from taichi_tracer.teaching.mistakes import Finding, find
+from taichi_tracer.teaching.mistakes import find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.telling import ResultLine, Teller, summary
@@ -24,48 +24,6 @@ SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of 
 DIGITS = 4  # of points that are handed on
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]
-
-
-@dataclass(frozen=True)
-class CheckedPart:
-    """What was found about one part, and how long it took."""
-
-    part: Part
-    verdict: PartResult
-    findings: tuple[Finding, ...] = ()
-    seconds: float = 0.0
-
-    @property
-    def points(self) -> float:
-        """The points that the answer is worth."""
-        return self.part.points * self.verdict.share
-
-    def lines(self) -> list[str]:
-        """What a terminal shows."""
-        return [*self.lines_of_verdict(), *self.lines_of_findings()]
-
-    def lines_of_verdict(self) -> list[str]:
-        """The verdict, with the first wrong numbers."""
-        return html_boxes.lines_of(self.part.name, self.part.points, self.verdict, self.seconds)
-
-    def lines_of_findings(self) -> list[str]:
-        """What is probably wrong."""
-        lines = [f"      {finding.text}" for finding in self.findings]
-        hint = self.findings[0].hint if self.findings else ""
-        return [*lines, f"      hint: {hint}"] if hint else lines
-
-    def result_line(self) -> ResultLine:
-        """What the process of a check sends of it."""
-        return ResultLine(self.part.name, self.points, self.part.points, self.verdict.status == RIGHT, self.html())
-
-    def html(self) -> str:
-        """What a page shows."""
-        verdict = self.verdict
-        facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
-        if verdict.status == RIGHT:
-            return html_boxes.box(self.part.name, facts, PartResult(RIGHT))
-        hint = self.findings[0].hint if self.findings else ""
-        return html_boxes.box(self.part.name, facts, verdict, [finding.text for finding in self.findings], hint)
 
 
 @dataclass
@@ -77,18 +35,18 @@ class Report:
     """
 
     assignment: Assignment
-    results: list[CheckedPart] = field(default_factory=list)
+    results: list[PartResult] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
     def points(self) -> float:
         """The points of all parts that were checked."""
-        return sum(result.points for result in self.results)
+        return sum(result.points * result.share for result in self.results)
 
     @property
     def is_right(self) -> bool:
         """Whether every part that was checked is right."""
-        return all(result.verdict.status == RIGHT for result in self.results)
+        return all(result.status == RIGHT for result in self.results)
 
     def score(self) -> float:
         """The points, for nbgrader.
@@ -97,7 +55,7 @@ class Report:
             AssertionError: none were earned. nbgrader would take the number 0 for all points.
         """
         if not self.points > 0:
-            raise AssertionError(self.results[0].verdict.message if self.results else self.summary())
+            raise AssertionError(self.results[0].message if self.results else self.summary())
         return float(round(self.points, DIGITS))
 
     def summary(self) -> str:
@@ -106,10 +64,10 @@ class Report:
 
     def result_lines(self) -> list[ResultLine]:
         """What the process of a check sends of each part."""
-        return [result.result_line() for result in self.results]
+        return [html_boxes.result_line(result) for result in self.results]
 
     def __str__(self) -> str:
-        lines = [line for result in self.results for line in result.lines()]
+        lines = [line for result in self.results for line in html_boxes.lines_of(result)]
         notes = [f"note: {text}" for text in self.notes]
         return "\n".join([self.assignment.title, *lines, *notes, self.summary()])
 
@@ -118,7 +76,7 @@ class Report:
     def body(self) -> list[str]:
         """The page without its frame."""
         notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
-        return [page.paragraph(self.summary()), *notes, *(result.html() for result in self.results)]
+        return [page.paragraph(self.summary()), *notes, *(html_boxes.box(result) for result in self.results)]
 
     def page(self) -> str:
         """A whole document of HTML."""
@@ -166,7 +124,7 @@ def check_folder(
         teller.begins(part.name, None if cls is None else unwrap(getattr(cls, part.method, None)))
         seed_of_part = own_seed if seed is None else seed
         report.results.append(check_part(assignment, student, part, seed_of_part, watch or (lambda lines: None)))
-        teller.found(report.results[-1].result_line())
+        teller.found(html_boxes.result_line(report.results[-1]))
     return report
 
 
@@ -231,28 +189,28 @@ def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
     raise one_of("class", cls.__name__, assignment.classes)
 
 
-def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> CheckedPart:
+def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> PartResult:
     """Run one part in this process, and judge it; then look for what is wrong."""
     start = time.monotonic()
     inputs = assignment.inputs(part, seed)
     found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
+    facts = {"name": part.name, "topic": part.topic, "points": part.points, "seconds": found.seconds}
     if found.status != OK:
         where = f" (line {found.line} is still that of the handout)" if found.line else ""
-        verdict = replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""))
-        if verdict.message in student.reported and found.line:
-            verdict = replace(verdict, message="")  # what is wrong with a file is said once
-        student.reported.add(verdict.message)
-        result = CheckedPart(part, verdict, (), found.seconds)
-        watch(result.lines())
+        result = replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""), **facts)
+        if result.message in student.reported and found.line:
+            result = replace(result, message="")  # what is wrong with a file is said once
+        student.reported.add(result.message)
+        watch(html_boxes.lines_of(result))
         return result
     right = expected(assignment, part, inputs)
     if has_own_distribution(part, student):
         part = replace(part, judge=replace(part.judge, only_means=True))
-    result = CheckedPart(part, part.judge(inputs, found.arrays, right), (), found.seconds)
-    watch(result.lines_of_verdict())
-    if result.verdict.status == RIGHT or not part.replaces:
+    result = replace(part.judge(inputs, found.arrays, right), **facts)
+    watch(html_boxes.lines_of(result))
+    if result.status == RIGHT or not part.replaces:
         return result
     left = max(LEAST_FOR_MISTAKES, SECONDS_OF_A_PART - (time.monotonic() - start))
     result = replace(result, findings=tuple(find(assignment, part, seed, found.arrays, right, left)))
-    watch(result.lines_of_findings())
+    watch(html_boxes.lines_of_findings(result))
     return result

@@ -20,7 +20,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics
-from taichi_tracer.teaching.rows import WHOLE, samples
+from taichi_tracer.teaching.rows import WHOLE, rows, samples
 
 PLAIN_EFFECTS: dict[str, Any] = {
     **dict.fromkeys(("emitters", "lamps", "spheres", "culling", "holes", "instances", "textures"), False),
@@ -273,6 +273,17 @@ def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
         made.set_camera_parameters(eye=eye, at=at, up=up)
         matrices.append(made.camera_to_world.to_numpy())
     return {"matrix": np.stack(matrices)}
+
+
+def run_eye_rays(camera: Any, inputs: Arrays) -> Arrays:
+    """The ray of each "pixel", from a camera under test."""
+
+    @ti.func
+    def eye_ray(pixel):
+        ray = camera.generate_ray(pixel.x, pixel.y)
+        return ray.origin, ray.direction
+
+    return rows(eye_ray, inputs, ["pixel"], {"origin": 3, "direction": 3})
 
 
 def front_view(rng: np.random.Generator) -> Arrays:

@@ -10,6 +10,7 @@ import numpy as np
 
 from taichi_tracer.files import page
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
+from taichi_tracer.teaching.telling import ResultLine
 
 WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
@@ -54,30 +55,43 @@ def coloured(status: str, content: str) -> str:
     return f"<span class='{KINDS.get(status, 'wrong')}' title='{html.escape(status)}'>{content}</span>"
 
 
-def lines_of(name: str, points: float, verdict: PartResult, seconds: float) -> list[str]:
-    """What a terminal shows of one part, which is worth so many points: the verdict, with the first wrong numbers."""
-    head = f"  {verdict.status:<12}{name:<36}{points * verdict.share:>5.3g} of {points:<4g}"
-    said = [f"      {verdict.message}"] * bool(verdict.message)
-    for whose, values in verdict.first_wrong.items() if said else ():
+def lines_of(result: PartResult) -> list[str]:
+    """What a terminal shows of one part: its status, the first wrong numbers, and what is probably wrong."""
+    head = f"  {result.status:<12}{result.name:<36}{result.points * result.share:>5.3g} of {result.points:<4g}"
+    said = [f"      {result.message}"] * bool(result.message)
+    for whose, values in result.first_wrong.items() if said else ():
         said.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
-    return [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s", *(said if verdict.status != RIGHT else ())]
+    said += lines_of_findings(result)
+    return [f"{head:<{WIDTH - 8}}{result.seconds:>6.1f} s", *(said if result.status != RIGHT else ())]
 
 
-def box(name: str, facts: str, verdict: PartResult, found: Sequence[str] = (), hint: str = "") -> str:
-    """One part.
+def lines_of_findings(result: PartResult) -> list[str]:
+    """What a terminal shows of what is probably wrong, with one hint."""
+    hints = [f"hint: {finding['hint']}" for finding in result.findings[:1] if finding["hint"]]
+    return [f"      {text}" for text in (*(finding["text"] for finding in result.findings), *hints)]
 
-    Args:
-        facts: a line about points and time.
-        found: what is probably wrong, a sentence each.
-    """
-    head = f"{coloured(verdict.status, html.escape(verdict.status))} <code>{html.escape(name)}</code>"
-    if verdict.status == CRASHED and not verdict.message:
+
+def result_line(result: PartResult) -> ResultLine:
+    """What the process of a check sends of a part."""
+    earned = result.points * result.share
+    return ResultLine(result.name, earned, result.points, result.status == RIGHT, box(result))
+
+
+def box(result: PartResult) -> str:
+    """One part: its points, the first wrong numbers, what is probably wrong, and its pictures."""
+    head = f"{coloured(result.status, html.escape(result.status))} <code>{html.escape(result.name)}</code>"
+    topic = f", {result.topic}" * bool(result.topic)
+    facts = f"{result.points * result.share:.3g} of {result.points:g} points{topic}"
+    if result.status == CRASHED and not result.message:
         return f"<p>{head}, {html.escape(facts)}: for the same reason</p>"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
-    lines += [page.paragraph(verdict.message)] * bool(verdict.message)
-    wrong = {whose: ", ".join(f"{n} = {v}" for n, v in values.items()) for whose, values in verdict.first_wrong.items()}
+    if result.status == RIGHT:
+        return "".join(lines) + "</div>"
+    lines += [page.paragraph(result.message)] * bool(result.message)
+    wrong = {whose: ", ".join(f"{n} = {v}" for n, v in values.items()) for whose, values in result.first_wrong.items()}
     rows = (f"<tr><th>{html.escape(whose)}</th><td>{html.escape(text)}</td></tr>" for whose, text in wrong.items())
     lines += [f"<div class='wide'><table class='numbers'>{''.join(rows)}</table></div>"] * bool(wrong)
-    lines += [*map(page.paragraph, found), *[page.paragraph(f"Hint: {hint}", "note")] * bool(hint)]
-    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in verdict.pictures.items()]
+    lines += [page.paragraph(finding["text"]) for finding in result.findings]
+    lines += [page.paragraph(f"Hint: {finding['hint']}", "note") for finding in result.findings[:1] if finding["hint"]]
+    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in result.pictures.items()]
     return "".join(lines) + "</div>"

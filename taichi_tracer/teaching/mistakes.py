@@ -9,9 +9,9 @@ import ast
 import math
 import tempfile
 import time
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,28 +25,10 @@ from taichi_tracer.teaching.strip_solution import solved
 from taichi_tracer.teaching.student_import import OK, Loaded, load_classes, solution_of
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What is probably wrong with an answer.
-
-    Attributes:
-        names: the name of the mistake; empty if the error is only described.
-        share: the share of the inputs whose answer it explains.
-        text: a sentence for the report.
-        hint: a sentence that leads to the solution. topic: the topic of the lecture.
-    """
-
-    names: tuple[str, ...]
-    share: float
-    text: str
-    hint: str = ""
-    topic: str = ""
-
-
 def find(
     assignment: Assignment, part: Part, seed: int, answers: Arrays, expected: Arrays, seconds: float = math.inf
-) -> list[Finding]:
-    """What is wrong with the answers to a part; nothing if they are right.
+) -> list[dict[str, Any]]:
+    """What is probably wrong with the answers to a part, see ``PartResult.findings``; nothing if they are right.
 
     Args:
         seconds: that the search may take; the first mistake that fits then ends it. Infinity compares all of them, so
@@ -70,12 +52,12 @@ def find(
             fitting.append(mistake)
     if fitting:
         called = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: "
-        return [Finding((one.name,), 1.0, called + one.name, one.hint, part.topic) for one in fitting]
+        return [{"names": [one.name], "text": called + one.name, "hint": one.hint} for one in fitting]
     shown = getattr(judge, "means_of", dict)  # means, in place of the statistics of random answers
     texts = describe(inputs, shown(answers), shown(expected), is_right)
     if waiting:
         texts.append(f"{len(waiting)} known mistakes were not compared, because time was up: check again")
-    return [Finding((), float((~is_right).mean()), text, "", part.topic) for text in texts]
+    return [{"names": [], "text": text, "hint": ""} for text in texts]
 
 
 # ── the solution with a mistake in it ──

@@ -22,9 +22,9 @@ from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.teaching import sealed
-from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
 from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark
-from taichi_tracer.teaching.student_import import OK, Loaded, crash, is_method, solution_of, taken_name
+from taichi_tracer.teaching.student_import import OK, Loaded, crash, solution_of
 
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
 NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"
@@ -111,10 +111,6 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 return PartResult(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             if is_empty(method):
                 return PartResult(NOT_WRITTEN, message="it does nothing, and returns nothing")
-            own = {name for name, value in vars(cls).items() if is_method(name, value)}
-            if used := taken_name(cls, own):
-                clash = f"the package's {used[1].__name__} has a value of the name {used[0]}"
-                return PartResult(CRASHED, message=f"{clash}: give your method another one")
             subject = class_under_test(cls, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             rules.check_whole(part.name, method, subject, right)

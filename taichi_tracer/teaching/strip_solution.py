@@ -25,7 +25,7 @@ SOLUTION = re.compile(
     re.MULTILINE | re.VERBOSE,
 )
 
-PLACE, CALL = "# YOUR CODE HERE", "tt.teaching.not_written("
+PLACE, CALL, IMPORT = "# YOUR CODE HERE", "tt.teaching.not_written(", "import taichi_tracer as tt"
 REMINDER = "# delete this line when the method is written"
 
 
@@ -38,8 +38,7 @@ def stub_of(source: str, name: str) -> str:
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    text = written(source, name, "stub")
-    return with_package(text) if CALL in text else text
+    return written(source, name, "stub")
 
 
 def solved(source: str, name: str) -> str:
@@ -49,7 +48,7 @@ def solved(source: str, name: str) -> str:
 
 def for_otter(source: str, name: str) -> str:
     """The tagged file with the tags of otter-grader: what replaces a solution stands behind it, as a text."""
-    return with_package(written(source, name, "otter"))
+    return written(source, name, "otter")
 
 
 def written(source: str, name: str, form: str) -> str:
@@ -61,6 +60,9 @@ def written(source: str, name: str, form: str) -> str:
             other = "an END {} after it" if tag[1] == "BEGIN" else "a BEGIN {} before it"
             raise InputError(f"{name}:{number}: {tag[1]} {tag[2]} without {other.format(tag[2])}")
 
+    if SOLUTION.search(source) and form != "solved" and IMPORT not in source:
+        raise InputError(f"{name}: add '{IMPORT}': students' files call tt.teaching.not_written")
+
     def replaced(found: re.Match) -> str:
         """One form of what stands between two tags."""
         indent, method = found["indent"], owners.get(source.count("\n", 0, found.start()) + 1, "")
@@ -71,20 +73,6 @@ def written(source: str, name: str, form: str) -> str:
         return {"solved": found["lines"], "stub": "" if found["bare"] else stub, "otter": otter}[form]
 
     return SOLUTION.sub(replaced, source)
-
-
-def with_package(text: str) -> str:
-    """A file that knows ``tt``: the import is added after its other imports, unless it is there."""
-    tree = ast.parse(text)
-    imports = [node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom))]
-    if "tt" in {alias.asname for node in imports for alias in node.names}:
-        return text
-    docstring = tree.body[:1] if ast.get_docstring(tree) is not None else []
-    before = imports[-1:] or docstring
-    lines = text.splitlines(keepends=True)
-    at = (before[0].end_lineno or 0) if before else 0
-    gap = "" if imports else "\n"
-    return "".join([*lines[:at], gap * bool(before), "import taichi_tracer as tt\n", *lines[at:]])
 
 
 def methods_by_line(source: str, name: str) -> dict[int, str]:

@@ -1,6 +1,7 @@
 """What a stub calls until it is written, and how the kit sees that a method still calls it."""
 
 import dis
+import inspect
 
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.overrides import written
@@ -31,17 +32,12 @@ def is_stub(method: object) -> bool:
 
 
 def line_of_mark(method: object) -> int:
-    """The line in which a method calls ``not_written``; 0 if it does not."""
-    line = 0
-    for instruction in dis.get_instructions(getattr(unwrap(method), "__code__", lambda: None)):
-        starts = instruction.starts_line
-        if starts is True:  # from Python 3.13 on, the number has an attribute of its own
-            line = instruction.line_number
-        elif starts:
-            line = starts
-        if instruction.argval in (MARK, OF_GRADERS):
-            return line
-    return 0
+    """The line in which a method calls ``not_written``; 0 if it does not, or if its source is unknown."""
+    try:
+        lines, first = inspect.getsourcelines(unwrap(method))
+    except OSError:
+        return 0
+    return next((first + i for i, line in enumerate(lines) if MARK in line or OF_GRADERS in line), 0)
 
 
 def is_placeholder(cls: type, name: str) -> bool:

@@ -2,11 +2,8 @@
 
 import ast
 import contextlib
-import functools
-import inspect
 import re
 import sys
-import textwrap
 import traceback
 import types
 from collections.abc import Sequence
@@ -199,33 +196,6 @@ def imports_of_the_kit(tree: ast.AST) -> set[str]:
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
             found |= {name for name in names if name.startswith(f"{KIT}.")}
     return found
-
-
-def taken_name(cls: type, own: set[str]) -> tuple[str, type] | None:
-    """A method of a student's class whose name is that of a value of the package's class, which would hide it.
-
-    Args:
-        own: the names of the class's own methods.
-
-    Returns:
-        The name, and the package's class; None if there is no such method.
-    """
-    for base in cls.__mro__:
-        if base.__module__.startswith("taichi_tracer.") and not base.__module__.startswith(KIT):
-            for name in sorted(own & values_of(base)):
-                return name, base
-    return None
-
-
-@functools.cache
-def values_of(base: type) -> frozenset[str]:
-    """The names that the methods of a class give to values of an object: ``self.name = …``."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
-    except (OSError, TypeError, SyntaxError):
-        return frozenset()
-    of_self = (n for n in ast.walk(tree) if isinstance(n, ast.Attribute) and isinstance(n.ctx, ast.Store))
-    return frozenset(n.attr for n in of_self if isinstance(n.value, ast.Name) and n.value.id == "self")
 
 
 def is_method(name: str, value: object) -> bool:

@@ -1,5 +1,7 @@
 """What a student's check says: right, wrong with the first wrong number, not written, and where it crashed."""
 
+from dataclasses import replace
+
 import pytest
 import taichi as ti
 import taichi.math as tm
@@ -8,6 +10,7 @@ import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.checking import check_folder
 from taichi_tracer.teaching.export import write_folder
+from taichi_tracer.teaching.html_boxes import lines_of, lines_of_findings
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -31,12 +34,16 @@ def test_a_wrong_number_stands_beside_the_right_one(solved):
     told = []
     report = check_folder(solved, ["generate_ndc_coords", "generate_ray"], watch=told.append)
     wrong, ray = report.results
-    assert told == [wrong.lines_of_verdict(), wrong.lines_of_findings(), ray.lines()]  # the verdict comes first
-    assert (wrong.verdict.status, ray.verdict.status) == ("wrong", "right")  # the ray is tested with the right NDC
-    first = wrong.verdict.first_wrong
+    assert told == [
+        lines_of(replace(wrong, findings=())),
+        lines_of_findings(wrong),
+        lines_of(ray),
+    ]  # the verdict comes first
+    assert (wrong.status, ray.status) == ("wrong", "right")  # the ray is tested with the right NDC
+    first = wrong.first_wrong
     assert first["yours"]["ndc"][1] == pytest.approx(-first["right"]["ndc"][1], rel=1e-5)
     assert "pixel" in first["input"]
-    assert [finding.names for finding in wrong.findings] == [("y axis points down",)]
+    assert [finding["names"] for finding in wrong.findings] == [["y axis points down"]]
     assert 2 <= report.points < 2.2  # an odd number of rows has one in the middle
     text = str(report)
     assert "1 of 2 parts are right: 2" in text
@@ -50,7 +57,7 @@ def test_a_crash_has_its_line(solved):
     change(solved, "ray_intersector.py", "e2 = v2 - v0", "e2 = v2 - v9")
     lines = (solved / "camera.py").read_text(encoding="utf-8").splitlines()
     report = check_folder(solved, ["generate_camera_coords", "compute_matrix", "intersect_triangle", "query_ray"])
-    coords, matrix, triangle, nearest = (result.verdict for result in report.results)
+    coords, matrix, triangle, nearest = report.results
     assert (coords.status, matrix.status, triangle.status, nearest.status) == ("crashed", "crashed", "crashed", "right")
     assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'tangent(' in line)}: " in coords.message
     assert f"camera.py:{1 + next(i for i, line in enumerate(lines) if 'crosss' in line)}: " in matrix.message
@@ -62,9 +69,9 @@ def test_a_crash_has_its_line(solved):
 def test_a_file_that_cannot_be_read_costs_its_own_parts_alone(solved):
     change(solved, "ray_intersector.py", "e1 = v1 - v0", "e1 = v1 - ")
     report = check_folder(solved, ["query_ray", "generate_ndc_coords", "picture: normal"])
-    statuses = [result.verdict.status for result in report.results]
+    statuses = [result.status for result in report.results]
     assert statuses == ["crashed", "right", "crashed"]
-    assert "SyntaxError: invalid syntax" in report.results[0].verdict.message
+    assert "SyntaxError: invalid syntax" in report.results[0].message
 
 
 def test_missing_files_classes_and_methods(solved):
@@ -72,8 +79,8 @@ def test_missing_files_classes_and_methods(solved):
     change(solved, "camera.py", "def compute_matrix", "def compute_the_matrix")
     change(solved, "renderer.py", "class A1Renderer", "class Renderer")
     report = check_folder(solved, ["query_ray", "compute_matrix", "shade_hit"])
-    assert [result.verdict.status for result in report.results] == ["missing"] * 3
-    told = [result.verdict.message for result in report.results]
+    assert [result.status for result in report.results] == ["missing"] * 3
+    told = [result.message for result in report.results]
     assert told[0] == "the file ray_intersector.py is missing"
     assert told[1] == "Camera has no method compute_matrix"
     assert told[2] == "there is no class A1Renderer"
@@ -91,10 +98,10 @@ class MyCamera(tt.Camera):
 
 def test_in_a_notebook_classes_are_given():
     report = tt.teaching.check("a1", MyCamera)
-    by_name = {result.part.name: result for result in report.results}
+    by_name = {result.name: result for result in report.results}
     assert set(by_name) == {part.name for part in catalogue.load("a1").parts if part.replaces == "Camera"}
     ndc = by_name["Camera.generate_ndc_coords"]
-    assert [finding.names for finding in ndc.findings] == [("pixel corner instead of centre",)]
-    assert by_name["Camera.compute_matrix"].verdict.status == "missing"
+    assert [finding["names"] for finding in ndc.findings] == [["pixel corner instead of centre"]]
+    assert by_name["Camera.compute_matrix"].status == "missing"
     assert "pixel corner instead of centre" in report._repr_html_()
     assert tt.teaching.check("a1", MyCamera).points == report.points == 0  # twice: the function is still a function

@@ -21,7 +21,7 @@ def test_every_mistake_is_found_under_its_own_name(part_name):
     assert find(assignment, part, SEED, right, right) == []
     for one in assignment.mistakes_of(part):
         wrong = answers_of(assignment, part, one, SEED)
-        assert [finding.names for finding in find(assignment, part, SEED, wrong, right)] == [(one.name,)]
+        assert [finding["names"] for finding in find(assignment, part, SEED, wrong, right)] == [[one.name]]
 
 
 @pytest.mark.parametrize("name", catalogue.names())
@@ -37,6 +37,6 @@ def test_an_error_that_no_mistake_explains_is_described():
     part = assignment.parts[0]
     right = expected(assignment, part, assignment.inputs(part, 0))
     found = find(assignment, part, 0, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
-    assert [f.names for f in found] == [(), ()]
-    assert found[0].text == "ndc is scaled by 0.7"
-    assert found[1].text.startswith("7 known mistakes were not compared")
+    assert [f["names"] for f in found] == [[], []]
+    assert found[0]["text"] == "ndc is scaled by 0.7"
+    assert found[1]["text"].startswith("7 known mistakes were not compared")

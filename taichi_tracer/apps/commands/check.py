@@ -223,13 +223,13 @@ def supervise(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
 def lost(one: Supervised, error: EndedError) -> ResultLine:
     """Print, and return, the result of a part that gave no answer."""
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
-    from taichi_tracer.teaching.html_boxes import box, lines_of
+    from taichi_tracer.teaching.html_boxes import lines_of, result_line
 
     name = (one.present or {})["begins"]
-    points = one.about["points"][name]
-    verdict = PartResult(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
-    print(*lines_of(name, points, verdict, 0.0), sep="\n", flush=True)
-    return ResultLine(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
+    status = OUT_OF_TIME if error.is_late else CRASHED
+    result = PartResult(status, message=str(error), name=name, points=one.about["points"][name])
+    print(*lines_of(result), sep="\n", flush=True)
+    return result_line(result)
 
 
 def finished(title: str, target: Path, found: Sequence[ResultLine]) -> int:

@@ -78,11 +78,7 @@ def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapp
     parts = []
     for part in (part for part in mark.parts if part.status != RIGHT):
         message = part.message if first.get(part.message, part) is part else ""  # a reason is given once
-        shown = replace(part, message=message, pictures=pictures.get(part.name, {}))
-        found, hint = [one["text"] for one in part.findings], "".join(one["hint"] for one in part.findings[:1])
-        parts.append(
-            html_boxes.box(part.name, f"{part.earned:g} of {part.points:g} points, {part.topic}", shown, found, hint)
-        )
+        parts.append(html_boxes.box(replace(part, message=message, pictures=pictures.get(part.name, {}))))
     overview = [
         {
             "part": html.escape(part.name),

@@ -149,11 +149,7 @@ def tree(folder: Path, place: str) -> dict[str, bytes]:
 
 def packages() -> list[str]:
     """What has to be installed for the package, as pip reads it."""
-    try:
-        needed = importlib.metadata.requires("taichi_tracer") or []
-    except importlib.metadata.PackageNotFoundError:
-        needed = ["taichi>=1.7.3,<1.8", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "mapbox-earcut"]
-    return [package for package in needed if "extra ==" not in package]
+    return [package for package in importlib.metadata.requires("taichi_tracer") or [] if "extra ==" not in package]
 
 
 def dumps(mark: Mark) -> str:

@@ -76,7 +76,7 @@ class Reference:
         return found
 
     def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
-        """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
+        """What is probably wrong with the answers to a part; see ``PartResult.findings``."""
         arrays = joined({"answers": answers, "expected": self.expected[part.name]})
         request = {"do": "find", "part": part.name, "seed": self.seed}
         with self._lock:

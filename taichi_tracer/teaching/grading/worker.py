@@ -10,7 +10,7 @@ The grader starts it (``isolate.SubmissionProcess``), sends requests, and reads 
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part", "seed"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
+    {"do": "find", "part", "seed"} and arrays → {"findings": [{"names", "text", "hint"}]}
 
 The arrays of this request are called "answers/NAME" and "expected/NAME". Every answer has the "ticket"
 of its request.
@@ -25,7 +25,7 @@ import resource
 import shutil
 import signal
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +90,7 @@ class Work:
         groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | cache.parted(arrays)
         part = self.assignment.part(message["part"])
         found = mistakes.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
-        return {"findings": [asdict(finding) for finding in found]}, {}
+        return {"findings": found}, {}
 
 
 def main(given: str, folder: str, limits: str) -> None:

@@ -65,14 +65,7 @@ def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The eye ray of each pixel."""
     view = fixtures.view_of(inputs)
-    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], **view)
-
-    @ti.func
-    def eye_ray(pixel):
-        ray = camera.generate_ray(pixel.x, pixel.y)
-        return ray.origin, ray.direction
-
-    return rows(eye_ray, inputs, ["pixel"], {"origin": 3, "direction": 3})
+    return fixtures.run_eye_rays(fixtures.camera(camera_class, inputs["width"], inputs["height"], **view), inputs)
 
 
 # ── triangles ──

@@ -43,14 +43,7 @@ def run_screen(camera_class: type, inputs: Arrays) -> Arrays:
 
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The ray of each pixel."""
-    camera = camera_of(camera_class, inputs)
-
-    @ti.func
-    def eye_ray(pixel):
-        ray = camera.generate_ray(pixel.x, pixel.y)
-        return ray.origin, ray.direction
-
-    return rows(eye_ray, inputs, ["pixel"], {"origin": 3, "direction": 3})
+    return fixtures.run_eye_rays(camera_of(camera_class, inputs), inputs)
 
 
 def cornell_view(rng: np.random.Generator) -> Arrays:
