@@ -42,7 +42,6 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--container", default="", metavar="IMAGE", help="run each in a container of this image, by podman or docker"
     )
-    parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
     written = parser.add_argument_group("what is written")
     written.add_argument("--json", action="store_true", help="print everything as JSON")
     written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
@@ -70,7 +69,7 @@ def run(args: Namespace) -> int:
     level = best_level(args.trust, args.container)
     if level.name == "limits":
         note("only limits isolate the submissions: grade only what you would run yourself (docs/teaching_security.md)")
-    settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
+    settings = GradingSettings(level, seed=args.seed, jobs=args.jobs)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, settings, watch)
     write(args, assignment, found, marks, settings)

@@ -5,7 +5,6 @@ back with those of the solution, and starts the process anew if a part ends it. 
 was interrupted goes on where it stopped, as long as neither the submission nor the assignment has changed.
 """
 
-import contextlib
 import hashlib
 import json
 import tempfile
@@ -49,8 +48,6 @@ from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_T
 from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
-PATIENCE = 3  # how many parts may use up their time before the others get less
-LESS_CPU, LESS_WALL = 6.0, 15.0  # seconds; a part of a shipped assignment needs about one
 KEPT_SHAPE = np.float16  # of pictures for the reports
 
 
@@ -61,7 +58,6 @@ class GradingSettings:
     Attributes:
         level: the isolation of each submission. limits: what each may use.
         seed: decides the inputs. jobs: how many submissions are graded at the same time.
-        anew: whether submissions are graded again that were graded before.
         finds: whether wrong answers are explained.
     """
 
@@ -69,7 +65,6 @@ class GradingSettings:
     limits: Limits = Limits()
     seed: int = 1
     jobs: int = 1
-    anew: bool = False
     finds: bool = True
 
 
@@ -107,7 +102,7 @@ def grade_class(
 def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
     """The mark of a submission that was graded before, or else a new one, which is kept."""
     place = kept_at(reference.assignment, submitted, settings.seed)
-    known = None if settings.anew else read(place)
+    known = read(place)
     if known is not None:
         return known
     mark, pictures = grade(reference, submitted, settings)
@@ -147,10 +142,9 @@ class Runner:
 
     def __init__(self, reference: Reference, folder: Path, settings: GradingSettings) -> None:
         self.reference, self.folder, self.settings = reference, folder, settings
-        self.printed, self._late, self._is_fresh = "", 0, False  # fresh: it has not been asked for a part yet
+        self.printed, self._is_fresh = "", False  # fresh: it has not been asked for a part yet
         self._child: SubmissionProcess | None = None
-        self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
-        self._bad: dict[tuple[str, ...], WorkerEnded] = {}  # files whose loading ends the process
+        self._bad: WorkerEnded | None = None  # why the files cannot be loaded
 
     def __enter__(self) -> "Runner":
         return self
@@ -217,59 +211,39 @@ class Runner:
         """The answer of the submission's process to one part.
 
         If the process ends although it has answered other parts, one of these may be to blame. Then the part is asked
-        for once more, in a new process.
+        for once more, in a new process; but not if it was only slow.
         """
-        files = self._files(part)
-        if self._child is None or self._loaded != files:
-            self._start(files)
         request = {"do": "run", "part": part.name, "mended": list(mended)}
         while True:
+            child = self._child or self._start()
             is_first, self._is_fresh = self._is_fresh, False
             try:
-                return self._child.ask(request, self.reference.inputs[part.name])
+                return child.ask(request, self.reference.inputs[part.name])
             except WorkerEnded as error:
                 self._end()
-                if is_first or self.reference.is_stopped:
-                    self._late += error.is_late
+                if is_first or error.is_late or self.reference.is_stopped:
                     raise
-                self._start(files, hurries=error.is_late)
 
-    def _files(self, part: Part) -> tuple[str, ...]:
-        """The files to load for a part: all, or its own alone if loading all of them ends the process."""
-        if () not in self._bad:
-            with contextlib.suppress(WorkerEnded):
-                if self._child is None:
-                    self._start(())
-                return ()
-        own = self.reference.assignment.classes.get(part.replaces)
-        if own is None or (own,) in self._bad:
-            raise self._bad[() if own is None else (own,)]
-        return (own,)
-
-    def _start(self, files: tuple[str, ...], hurries: bool = False) -> None:
-        """Start a process, and let it load these files of the submission; with less time if it ``hurries``."""
-        if files in self._bad:
-            raise self._bad[files]
-        self._end()
-        limits = self.settings.limits
-        if hurries or self._late >= PATIENCE:
-            limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
-        given = self.reference.assignment.folder
+    def _start(self) -> SubmissionProcess:
+        """Start a process, and let it load the files of the submission."""
+        if self._bad is not None:
+            raise self._bad
+        given, reference = self.reference.assignment.folder, self.reference
         self._child = SubmissionProcess(
-            self.folder, self.settings.level, limits, self.reference.kernels, assignment=given
+            self.folder, self.settings.level, self.settings.limits, reference.kernels, assignment=given
         )
-        self.reference.running.add(self._child)
-        if self.reference.is_stopped:
+        reference.running.add(self._child)
+        if reference.is_stopped:
             self._child.hurry()
-        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission", "files": list(files)}
+        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
         try:
-            self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
+            self._child.ask(request, wall=SECONDS_TO_LOAD)
         except WorkerEnded as error:
-            self._late += error.is_late
-            self._bad[files] = WorkerEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)
+            self._bad = WorkerEnded(f"loading the files: {error.reason}", error.is_late)
             self._end()
-            raise self._bad[files] from None
-        self._loaded, self._is_fresh = files, True
+            raise self._bad from None
+        self._is_fresh = True
+        return self._child
 
     def _end(self) -> None:
         if self._child is not None:

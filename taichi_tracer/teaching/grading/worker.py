@@ -3,7 +3,7 @@
 The grader starts it (``isolate.SubmissionProcess``), sends requests, and reads the answers:
 
     {"do": "hello"}                                     → {}: Taichi can be started here
-    {"do": "load", "assignment", "folder", "files"}     → {}
+    {"do": "load", "assignment", "folder"}              → {}
     {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays
     {"do": "run", "part", "mended": names} and arrays   → the same, with the solution's methods of these parts
 
@@ -52,15 +52,12 @@ class Work:
         return {}, {}
 
     def load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
-        """Load the solution, and then the hand-in: all of it, or some files."""
+        """Load the solution, and then the hand-in."""
         self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
         self.solution = self.student = student_import.solution_of(self.assignment)
         if message.get("folder"):
-            folder, files = Path(message["folder"]).resolve(), message.get("files")
-            self.student = student_import.load_submission(folder, self.assignment)
-            if files and not self.student.is_of_course:
-                self.student = student_import.load_classes(folder, files, self.solution)
+            self.student = student_import.load_submission(Path(message["folder"]).resolve(), self.assignment)
         return {}, {}
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
