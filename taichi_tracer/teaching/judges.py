@@ -4,7 +4,6 @@ Every judge is an object that can be called as ``Part.judge`` describes, and has
 → (n,) bool, one for each input that is judged by itself. The mistake finder asks ``agrees``, too.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,23 @@ from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, PartResult
 
 
 class JudgeOfRows:
-    """A judge whose inputs are judged row by row."""
+    """A judge whose inputs are judged row by row; ``called`` is what one input is called in messages."""
+
+    called: str
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
+        """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return PartResult(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
+        first = int(np.argmin(agrees))
+        message = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
+        wrong = first_wrong(inputs, self.means_of(answers), self.means_of(expected), first, len(agrees))
+        return PartResult(WRONG, self.earned(inputs, answers, expected), message, wrong)
+
+    def means_of(self, answers: Arrays) -> Arrays:
+        """What a report shows of answers."""
+        return answers
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs it is right."""
@@ -88,16 +103,6 @@ class Numbers(JudgeOfRows):
             near = abs(yours - right) <= self.tolerance * np.maximum(1, abs(right))
         near &= np.isfinite(right)  # nothing but infinity is near infinity
         return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
-
-    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
-        """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
-        agrees = self.agrees(inputs, answers, expected)
-        if agrees.all():
-            return PartResult(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
-        first = int(np.argmin(agrees))
-        message = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
-        share = self.earned(inputs, answers, expected)
-        return PartResult(WRONG, share, message, first_wrong(inputs, answers, expected, first, len(agrees)))
 
 
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
@@ -184,18 +189,11 @@ class Samples(JudgeOfRows):
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
-        agrees = self.agrees(inputs, answers, expected)
-        if agrees.all():
-            return PartResult(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
-        first = int(np.argmin(agrees))
-        worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
-        message = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
-        message += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
-        wrong = first_wrong(inputs, self.means_of(answers), self.means_of(expected), first, len(agrees))
-        share = self.earned(inputs, answers, expected)
-        if self.for_means > share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
-            share, message = self.for_means, f"{message}; their means are right"
-        return PartResult(WRONG, share, message, wrong)
+        result = super().__call__(inputs, answers, expected)
+        if self.for_means > result.share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
+            message = f"{result.message}, but their means are right"
+            return replace(result, share=self.for_means, message=message)
+        return result
 
     def means_of(self, answers: Arrays) -> Arrays:
         """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""

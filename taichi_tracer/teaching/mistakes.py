@@ -53,8 +53,7 @@ def find(
     if fitting:
         called = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: "
         return [{"names": [one.name], "text": called + one.name, "hint": one.hint} for one in fitting]
-    shown = getattr(judge, "means_of", dict)  # means, in place of the statistics of random answers
-    texts = describe(inputs, shown(answers), shown(expected), is_right)
+    texts = describe(inputs, judge.means_of(answers), judge.means_of(expected), is_right)
     if waiting:
         texts.append(f"{len(waiting)} known mistakes were not compared, because time was up: check again")
     return [{"names": [], "text": text, "hint": ""} for text in texts]

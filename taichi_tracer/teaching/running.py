@@ -115,7 +115,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             rules.check_whole(part.name, method, subject, right)
         with (
-            reproducible_random(),
+            with_values(ti, {"random": next_number}),  # the same submission has the same numbers on every run
             without_the_packages(subject, part),
             beside_the_solution(part, student, solution, files),
         ):
@@ -128,7 +128,21 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
 
 
 @contextlib.contextmanager
-def without_the_packages(subject: Any, part: Part) -> Iterator[None]:
+def with_values(place: Any, values: dict[str, Any]) -> Iterator[None]:
+    """Let attributes of a class or a module have other values meanwhile."""
+    former = {name: vars(place)[name] for name in values if name in vars(place)}
+    for name, value in values.items():
+        setattr(place, name, value)
+    try:
+        yield
+    finally:
+        for name in values:
+            delattr(place, name)
+        for name, value in former.items():
+            setattr(place, name, value)
+
+
+def without_the_packages(subject: Any, part: Part) -> contextlib.ExitStack:
     """While a part runs, the package's own method of this name is an error: a student's must not call it instead.
 
     This is a rule of the course and no wall, as everything that runs in the process of the submission.
@@ -139,20 +153,16 @@ def without_the_packages(subject: Any, part: Part) -> Iterator[None]:
     def refuse(*_arguments, **_named):
         raise InputError(f"{name} calls the package's own {part.method}, which it should replace")
 
-    bases = subject.__mro__ if part.replaces else ()
-    homes = [cls for cls in bases if cls.__module__.startswith("taichi_tracer.") and part.method in vars(cls)]
-    former = [vars(cls)[part.method] for cls in homes]
-    try:
-        for cls in homes:
-            setattr(cls, part.method, staticmethod(refuse))
-        yield
-    finally:
-        for cls, method in zip(homes, former, strict=True):
-            setattr(cls, part.method, method)
+    stack = contextlib.ExitStack()
+    for cls in subject.__mro__ if part.replaces else ():
+        if cls.__module__.startswith("taichi_tracer.") and part.method in vars(cls):
+            stack.enter_context(with_values(cls, {part.method: staticmethod(refuse)}))
+    return stack
 
 
-@contextlib.contextmanager
-def beside_the_solution(part: Part, student: Loaded, solution: Loaded, files: dict[str, str]) -> Iterator[None]:
+def beside_the_solution(
+    part: Part, student: Loaded, solution: Loaded, files: dict[str, str]
+) -> contextlib.AbstractContextManager:
     """While a part runs, the solution's classes stand in a notebook in place of those that other cells define.
 
     So a wrong sampler does not cost the points of a renderer. In folders, ``load_submission`` sees to this.
@@ -162,20 +172,11 @@ def beside_the_solution(part: Part, student: Loaded, solution: Loaded, files: di
     """
     cls = student.classes.get(part.replaces)
     if cls is None or student.folder is not None:
-        yield
-        return
-    cells = vars(sys.modules[cls.__module__])
+        return contextlib.nullcontext()
     roles = {role: role for role in files} | {own.__name__: role for role, own in student.classes.items()}
     others = {name: role for name, role in roles.items() if files.get(role) != files.get(part.replaces)}
     replaced = {name: solution.classes[role] for name, role in others.items() if role in solution.classes}
-    former = {name: cells[name] for name in replaced if name in cells}
-    cells.update(replaced)
-    try:
-        yield
-    finally:
-        for name in replaced:
-            del cells[name]
-        cells.update(former)
+    return with_values(sys.modules[cls.__module__], replaced)
 
 
 # ── random numbers ──
@@ -191,16 +192,6 @@ def next_number(*_type):
 
 
 _ORIGINAL_RANDOM = ti.random
-
-
-@contextlib.contextmanager
-def reproducible_random() -> Iterator[None]:
-    """Let ``ti.random`` give hashed numbers, so that the same submission has the same numbers on every run."""
-    ti.random = next_number
-    try:
-        yield
-    finally:
-        ti.random = _ORIGINAL_RANDOM
 
 
 def expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:

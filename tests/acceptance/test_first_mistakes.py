@@ -33,7 +33,7 @@ def folder(path, assignment, *changes):
 
 def wrong_parts(report):
     """Part → message, of those that are not right."""
-    return {one.part.name: one.verdict.message for one in report.results if one.verdict.status != "right"}
+    return {one.name: one.message for one in report.results if one.status != "right"}
 
 
 NDC, RAY, COORDS = "Camera.generate_ndc_coords", "Camera.generate_ray", "Camera.generate_camera_coords"

@@ -69,10 +69,10 @@ def test_attacks_cost_their_own_part_alone(name, reference, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("level", LEVELS, ids=str)
 def test_a_process_answers_at_every_level(reference, tmp_path, level):
-    if isolate.problem_of(level, starts_taichi=False) is not None:
+    if isolate.problem_of(level) is not None:
         pytest.skip(f"this machine has no {level}")
     (tmp_path / "sums.py").write_text(sums.submission(add="print('hello')\nreturn a + b"))
-    request = {"do": "load", "assignment": "assignment/sums", "folder": "submission", "starts_taichi": False}
+    request = {"do": "load", "assignment": "assignment/sums", "folder": "submission"}
     child = SubmissionProcess(tmp_path, level, LIMITS, assignment=reference.assignment.folder)
     child.ask(request, wall=100)
     reply, arrays = child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})

@@ -157,7 +157,7 @@ def isolation_lines() -> Iterator[Line]:
             "isolation of grade", "none: submissions can be run on Linux and macOS only", False, ISOLATION["limits"]
         )
         return
-    works = [level for level in isolate.candidates() if isolate.problem_of(level, starts_taichi=False) is None]
+    works = [level for level in isolate.candidates() if isolate.problem_of(level) is None]
     for name, remedy in ISOLATION.items():
         found = next((level for level in works if level.name == name), None)
         yield Line(f"isolation {name}", f"work ({found})" if found else "do not work here", found is not None, remedy)

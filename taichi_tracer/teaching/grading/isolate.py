@@ -418,15 +418,15 @@ def container_words(image: str, given: str, name: str, limits: Limits) -> list[s
 
 
 @cache
-def problem_of(level: IsolationLevel, starts_taichi: bool = True) -> str | None:
-    """Why a level does not work on this machine, in one line; None if it works. It is tried, with Taichi or without."""
+def problem_of(level: IsolationLevel) -> str | None:
+    """Why a level does not work on this machine, in one line; None if it works. It is tried."""
     if level.name == "bwrap" and sys.platform != "linux":
         return "bubblewrap runs on Linux only"
     if level.name == "bwrap" and shutil.which("bwrap") is None:
         return "bubblewrap is not installed: apt-get install bubblewrap"
     try:
         child = SubmissionProcess(None, level, Limits())
-        child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
+        child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
         child.end()
     except OSError as error:
         return f"Python cannot be started: {error.strerror}"

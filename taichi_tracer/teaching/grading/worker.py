@@ -43,12 +43,11 @@ class Work:
     student: Any = None
     solution: Any = None
 
-    def hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
-        """Start Taichi, unless the request says that it is not needed."""
-        if message.get("starts_taichi", True):
-            from taichi_tracer.system import runtime
+    def hello(self, _message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
+        """Start Taichi."""
+        from taichi_tracer.system import runtime
 
-            runtime.init(arch="cpu", threads=message.get("threads", 1))
+        runtime.init(arch="cpu", threads=1)
         return {}, {}
 
     def load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
