@@ -61,11 +61,13 @@ import numpy as np
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.claims``)
-TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.86  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
+TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.83  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
 POWERS_OF_4 = 0x55555555
 # The logarithms of the factors by which the true κ may be larger, and smaller: so large that the interval holds the
-# truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly all of the error.
-LARGER, SMALLER, SMALLER_OF_FEW = 0.28, 0.85, 1.0
+# truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly all of the error;
+# or larger, because they can remove nearly none: then a second number, divided by n, is added.
+LARGER, LARGER_OF_FEW = 0.28, 0.4
+SMALLER, SMALLER_OF_FEW = 0.6, 1.5
 FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
@@ -179,7 +181,7 @@ def relative_error(
     if not math.isfinite(v.sum()):
         return RelativeError(math.nan, math.nan, math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
-    larger = LARGER if samples_of_one > 0 else 0.0
+    larger = LARGER + LARGER_OF_FEW / samples_of_one if samples_of_one > 0 else 0.0
     smaller = SMALLER + SMALLER_OF_FEW / samples_of_one if samples_of_one > 0 else 0.0
     value = math.sqrt(v.sum() * in_units_of_mean)
     high, low = value * factor_of_interval(v, larger), value / factor_of_interval(v, smaller)
