@@ -15,7 +15,7 @@ COUNTS_AT_THE_END = "OpenImageIO"  # a library that prints a page about each of 
 def main() -> int:
     """Run the command line; signals are handled before anything large is imported."""
     try:
-        from taichi_tracer.apps.running import EXIT_CODE, ignore, leave_at_once
+        from taichi_tracer.apps.running import leave_at_once
     except ModuleNotFoundError as error:
         if error.name != "taichi_tracer.apps":
             raise
@@ -29,8 +29,6 @@ def main() -> int:
     from taichi_tracer.apps.cli import main as run
 
     code = run()
-    if code > EXIT_CODE:
-        ignore()  # what was asked for is being done
     if COUNTS_AT_THE_END not in sys.modules:
         gc.freeze()  # the process ends: cycles need no search, which would take as long as many imports
     return code

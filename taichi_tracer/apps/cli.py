@@ -17,8 +17,8 @@ import taichi_tracer
 from taichi_tracer.apps import commands
 from taichi_tracer.apps.grammar import Parser, add_command, as_value, load, load_parts, values_of
 from taichi_tracer.apps.notes import USER_ERROR, let_every_character_print, note, noted
-from taichi_tracer.apps.running import EXIT_CODE, CompilingLine
-from taichi_tracer.system import compiling, new_folders
+from taichi_tracer.apps.running import EXIT_CODE, moved
+from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
 
 RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
@@ -26,7 +26,9 @@ IMPORTED = time.perf_counter()  # about 0.05 s after the key press
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0, 2 when the input cannot be used, 130 when Ctrl-C was pressed.
+    """Run one command; returns the exit code.
+
+    This is 0, 2 when the input cannot be used or a file had to be written elsewhere, 130 when Ctrl-C was pressed.
 
     Args:
         argv: the words after the program's name; those of this process when None.
@@ -34,17 +36,17 @@ def main(argv: list[str] | None = None) -> int:
     warnings.showwarning = show_warning
     let_every_character_print()
     noted.clear()
+    moved.clear()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of(words, "--parts", "--course")
     started = IMPORTED if argv is None else time.perf_counter()
-    if argv is None and sys.stderr.isatty():
-        compiling.watchers.append(CompilingLine())
     try:
         command = next((word for word in words if word in commands.names()), "")
         args = make_parser(parts, command).parse_args(words)
         args.started = started
         load_parts(args.parts)
-        return args.command(args)
+        code = args.command(args)
+        return code or (USER_ERROR if moved else 0)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

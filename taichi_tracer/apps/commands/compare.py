@@ -1,25 +1,20 @@
 """How different two pictures are."""
 
-import math
 from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.commands.merge import film_of
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.files import checkpoint, page
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import display_in, read_image
-from taichi_tracer.picture.bias import shift_of
 from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
-from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import percentage
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.formatting import digits_of
 from taichi_tracer.tones.heat import heat
 
-MOST_Z = 3.0  # of a difference that is noise; it is larger in 3 of 1,000 comparisons of the same picture
 MOST_PLACES = 5  # largest differences that are printed
 SHOWN = 400  # pixels, width of a picture in the page
 FEWEST_FOR_FLIP = 8  # pixels on a side
@@ -27,8 +22,8 @@ FEWEST_FOR_FLIP = 8  # pixels on a side
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``compare`` takes."""
-    parser.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg; or a checkpoint")
-    parser.add_argument("second", metavar="B", help="picture, or checkpoint, of the same size, by which A is measured")
+    parser.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
+    parser.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
     parser.add_argument("--report", metavar="FILE", help="page to write, .html, with both and where they differ")
     parser.add_argument("--tolerance", type=percentage, metavar="PERCENT", help="exit with 1 if they differ by more")
     parser.add_argument("--data", action="store_true", help="PNG and JPEG hold data, such as normals: not sRGB")
@@ -36,14 +31,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
-    kept = [Path(path).suffix == checkpoint.EXTENSION for path in (args.first, args.second)]
-    if any(kept) and not all(kept):
-        raise InputError(f"{args.first}, {args.second}: compare two checkpoints, or two pictures")
-    if all(kept):
-        image, reference, lines_before = of_checkpoints(args.first, args.second)
-    else:
-        image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
-        lines_before = []
+    image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
     for path in (args.first, args.second):
         display = display_in(path)
         if display is not None:
@@ -59,7 +47,7 @@ def run(args: Namespace) -> int:
             raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
     if args.report is not None:
         check_place(args.report)
-    lines = [*lines_before, *numbers(image, reference)]
+    lines = numbers(image, reference)
     print("\n".join(lines))
     if args.report is not None:
         replace_file(args.report, as_html(args, image, reference, lines).encode())
@@ -69,29 +57,6 @@ def run(args: Namespace) -> int:
         print(f"the pictures differ by more than {args.tolerance:g} %")
         return 1
     return 0
-
-
-def of_checkpoints(first: str, second: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """The pictures of two checkpoints, and lines: the error of each, and whether their difference may be noise."""
-    contents = [checkpoint.read_checkpoint(path) for path in (first, second)]
-    precision, other = (facts["precision"] for facts, _ in contents)
-    if precision != other:
-        raise InputError(f"{first}, {second}: {precision} and {other}: compare pictures of them, such as .exr")
-    runtime.init("cpu", precision)
-    films = [film_of(facts, arrays, facts["samples"]) for facts, arrays in contents]
-    errors = [film.error() for film in films]
-    images = [film.own_pixels(film.image()) for film in films]
-    check_same_size(*images)
-    pictures = [(image, film.own_pixels(film.variance_of_mean())) for image, film in zip(images, films, strict=True)]
-    unseen = math.hypot(*(getattr(error, "unseen", 0.0) for error in errors))
-    shift, deviation, z = shift_of(pictures[:1], pictures[1], unseen)
-    verdict = f"z {z:.1f}: the difference may be noise"
-    if abs(z) > MOST_Z:
-        verdict = f"z {z:.1f}: these are different scenes, or one of the two is biased"
-    lines_before = [
-        f"{path}: {film.samples} spp, error {e}" for path, film, e in zip((first, second), films, errors, strict=True)
-    ]
-    return *images, [*lines_before, f"mean           {100 * shift:+.3g} % ± {100 * deviation:.3g} %; {verdict}"]
 
 
 def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:

@@ -1,11 +1,11 @@
 """Write pictures of a scene."""
 
-import io
 import math
 import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,12 @@ import numpy as np
 
 from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.notes import PICTURE_FOLDER, USER_ERROR, note
+from taichi_tracer.apps.notes import PICTURE_FOLDER, note
 from taichi_tracer.apps.pictures import Picture, Request
 from taichi_tracer.apps.render_request import note_linear, paths_of, render_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.files.disk import check_place
-from taichi_tracer.files.fonts import font_of
 from taichi_tracer.files.images import EIGHT_BITS, encode_png, save_image
-from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.denoised import Changed
 from taichi_tracer.picture.error_estimate import percent
@@ -37,17 +35,9 @@ from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
 GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not printed
-SUM = "sum"  # the caption of the last picture of a contact sheet
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
-MANY_SAMPLES, FEW_PIXELS = 8, 0.001  # of the pixels: if so few hold half of the error, a line says so
 MOST_PLACES = 3  # of samples that are not finite: how many are printed
-MOST_COLUMNS = 4  # pictures side by side
-GAP = 8  # pixels around each picture
-SMALLEST_TEXT = 14  # pixels: the height of letters that can be read
-TEXT_SHARE = 1 / 20  # of a picture's height: the size of the letters, in a large picture
-LINE = 1.6  # the height of a caption's line, as a multiple of the letters' size
-SHEET_BACKGROUND, TEXT = (24, 24, 24), (235, 235, 235)
 # On a cluster: a renderer, and (number of the picture, number of its view, bounces or None) → what takes the place of
 # ``renderer.render``.
 RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
@@ -104,8 +94,7 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
         elsewhere: who takes the samples on other machines; None takes them here.
 
     Returns:
-        0; 2 when a file had to be written elsewhere; or, when a signal ended it with what was done by then, 128 and the
-        number of the signal: 130 for Ctrl-C.
+        0; or, when a signal ended it with what was done by then, 128 and the number of the signal: 130 for Ctrl-C.
     """
     if args.cluster is not None and elsewhere is None:
         return load(f"{CLUSTER}:render")(args)
@@ -130,7 +119,6 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
         check_checkpoint(args.checkpoint, len(pictures))
     clock = Clock(args.started)
     scene = clock.load(request)
-    is_in_place = True
     for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
         made = {}
         for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
@@ -143,8 +131,10 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                 if bounces is not None:
                     renderer.bounces = bounces
                 render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
-                with Interruption(has_come=lambda: False) as interruption:  # nothing, until there are samples
-                    is_in_place &= make_picture(renderer, picture, args, path, clock, interruption, render)
+                renderer.reset()
+                keep = partial(write_so_far, renderer, picture, path)
+                with Interruption(lambda of=renderer: of.samples > 0, keep) as interruption:
+                    make_picture(renderer, picture, args, path, clock, interruption, render)
                 if interruption.number is not None:
                     of = "" if args.spp is None else f" of {args.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
@@ -156,11 +146,11 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                     print(described(watch, compiling.kernels(watch.started)), flush=True)
                     continue
                 if args.against is not None:
-                    is_in_place &= write_against(renderer, picture, request, path)
+                    write_against(renderer, picture, request, path)
                 shown.append(renderer.film.own_pixels(renderer.image()))
             if places.sheet is not None:
-                is_in_place &= write_sheet(shown, request.settings.bounces, places.sheet, picture)
-    return 0 if is_in_place else USER_ERROR
+                write_sheet(shown, request.settings.bounces, places.sheet, picture)
+    return 0
 
 
 def check_checkpoint(checkpoint: str, count: int) -> None:
@@ -177,8 +167,8 @@ def check_profile(pictures: Sequence[Path]) -> None:
     from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
 
 
-def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> bool:
-    """Write how a picture of a student's files differs from the package's own; False if it went elsewhere."""
+def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> None:
+    """Write how a picture of a student's files differs from the package's own."""
     course = import_quickly("taichi_tracer.course.use").in_use()
     if course is None:
         raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
@@ -198,7 +188,6 @@ def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Requ
         for file in course.files:
             with course.only(file):
                 print(f"  {file} alone: {described_difference(np.abs(rendered() - expected))}", flush=True)
-    return place == against_path(path)
 
 
 def described_difference(difference: np.ndarray) -> str:
@@ -213,49 +202,11 @@ def against_path(picture: Path) -> Path:
     return picture.with_name(f"{picture.stem}_against_reference.png")
 
 
-def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: Picture) -> bool:
-    """Write pictures by bounce and their sum side by side, all with the same exposure; False if it went elsewhere."""
-    captions = [*map(in_words, bounces), SUM]
-    shown = [to_bytes(image, picture.is_encoded, picture.display) for image in (*images, sum(images))]
-    place = written_bytes(path, contact_sheet(shown, captions))
-    print(f"{place}: {', '.join(captions)}", flush=True)
-    return place == path
-
-
-def contact_sheet(pictures: list[np.ndarray], captions: list[str]) -> bytes:
-    """A PNG file with all pictures, in rows of up to four.
-
-    A column is as wide as its pictures, or as the longest caption.
-
-    Args:
-        pictures: (height, width, 3) uint8, all of the same size, top row first.
-        captions: one line for each of them.
-    """
-    from PIL import Image, ImageDraw
-
-    height, width = pictures[0].shape[:2]
-    size = max(SMALLEST_TEXT, round(TEXT_SHARE * height))
-    font = font_of(size)
-    line = round(LINE * size)
-    column = GAP + max(width, *(int(np.ceil(font.getlength(caption))) for caption in captions))
-    columns = balanced(len(pictures))
-    rows = -(-len(pictures) // columns)
-    sheet = Image.new("RGB", (columns * column + GAP, rows * (height + line + GAP) + GAP), SHEET_BACKGROUND)
-    pen = ImageDraw.Draw(sheet)
-    for i, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
-        x, y = GAP + i % columns * column, GAP + i // columns * (height + line + GAP)
-        middle = x + (column - GAP) // 2
-        sheet.paste(Image.fromarray(picture), (middle - width // 2, y))
-        pen.text((middle, y + height + line // 2), caption, fill=TEXT, font=font, anchor="mm")
-    content = io.BytesIO()
-    sheet.save(content, "PNG")
-    return content.getvalue()
-
-
-def balanced(count: int) -> int:
-    """The number of columns of a sheet: up to four, and rows that are as full as possible."""
-    rows = -(-count // MOST_COLUMNS)
-    return -(-count // rows)
+def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: Picture) -> None:
+    """Write pictures by bounce and their sum side by side, all with the same exposure."""
+    sheet = np.hstack([*images, sum(images)])
+    place = written_bytes(path, encode_png(sheet, picture.is_encoded, picture.display))
+    print(f"{place}: {', '.join(map(in_words, bounces))}, sum", flush=True)
 
 
 def make_picture(
@@ -266,8 +217,8 @@ def make_picture(
     clock: "Clock",
     interruption: Interruption,
     render: Callable[..., object],
-) -> bool:
-    """Render and write a picture, as far as it came; False where something had to be written elsewhere.
+) -> None:
+    """Render and write a picture, as far as it came.
 
     Args:
         clock: knows how long everything before took.
@@ -276,9 +227,6 @@ def make_picture(
     Raises:
         InputError: the rendering ended before its targets; what came is written, and the message says how to go on.
     """
-    renderer.reset()
-    interruption.has_come = lambda: renderer.samples > 0
-    interruption.keep = lambda: write_so_far(renderer, picture, path)
     channels = renderer.channels(args.aov)  # first, because the picture may take hours
     keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
     incomplete = None
@@ -286,7 +234,6 @@ def make_picture(
         add_samples(renderer, keeper, picture.target, interruption, render)
     except IncompleteError as error:
         incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
-    is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         with stage(stopwatch.WRITE, waits=True):
             changed = changed_picture(renderer, args)
@@ -300,13 +247,10 @@ def make_picture(
         report_missed_error(renderer, interruption)
         report_better(renderer, picture.target)
         report_darkness(renderer, image, place)
-        report_fireflies(renderer)
         for text in renderer.notes():
             note(text)
-        is_in_place &= place == path
     if incomplete is not None:
         raise incomplete
-    return is_in_place
 
 
 def changed_picture(renderer: ProgressiveRenderer, args: Namespace) -> Changed | None:
@@ -388,21 +332,6 @@ def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path
     if share >= MOSTLY_DARK:
         advice = f"try --exposure {fitting_exposure(image)}"
         note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
-
-
-def report_fireflies(renderer: ProgressiveRenderer) -> None:
-    """A line if a few pixels hold most of the error: light that seldom is found made them much too bright."""
-    if not renderer.srgb or not renderer.is_random or renderer.samples < MANY_SAMPLES:
-        return
-    squares = np.nan_to_num(renderer.film.own_pixels(renderer.film.variance_of_mean()).sum(axis=2)).ravel()
-    few = max(1, int(FEW_PIXELS * squares.size))
-    largest = np.sort(np.partition(squares, -few)[-few:])[::-1].cumsum()
-    count = int(np.searchsorted(largest, squares.sum() / 2)) + 1
-    if squares.any() and count <= len(largest) < squares.size:
-        where = f"{count:,} of {squares.size:,} pixels, which are fireflies"
-        note(
-            f"half of the squared error lies in {where}: light that samples seldom find (docs/paths.md says what helps)"
-        )
 
 
 def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:

@@ -17,7 +17,7 @@ from PIL import Image
 from taichi_tracer.apps.commands.render import Clock, describe, encoding_of
 from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.notes import USER_ERROR, note
+from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate
@@ -96,16 +96,14 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
                 frames.append(shown(renderer, picture, image))
             print(f"frame {k + 1} of {args.frames}: {describe(renderer, image)}", flush=True)
     if frames:
-        places = [written_film(output, frames, args.fps)]
+        places = [WRITERS[output.suffix.lower()](output, frames, args.fps)]
     if places:
         count = len(frames) or len(places)
         print(f"{places[0] if frames else output}: {count} frames ({clock.before}, {clock.total(renderer)})")
     if interruption.number is not None:
         note(f"{interruption.word} after {len(frames) or len(places)} of {args.frames} frames")
         return interruption.exit_code
-    return (
-        0 if all(place.parent == (output if is_folder(output) else output.parent) for place in places) else USER_ERROR
-    )
+    return 0
 
 
 def check_output(output: Path) -> None:
@@ -142,7 +140,7 @@ def frame_of(
     """The picture from a point: linear, as far as it came."""
     renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
     renderer.reset()
-    add_samples(renderer, Keeper(renderer, None, math.inf), picture.target, interruption, render)
+    add_samples(renderer, Keeper(renderer), picture.target, interruption, render)
     return renderer.film.own_pixels(renderer.image())
 
 
@@ -153,11 +151,6 @@ def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) ->
 
 
 # ── films ──
-
-
-def written_film(output: Path, frames: list[np.ndarray], fps: float) -> Path:
-    """Where a film was written."""
-    return WRITERS[output.suffix.lower()](output, frames, fps)
 
 
 def written_gif(output: Path, frames: list[np.ndarray], fps: float) -> Path:
