@@ -41,8 +41,8 @@ from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
-from taichi_tracer.unseen.rarely_met import RarelyMet
 from taichi_tracer.unseen.technique_check import TechniqueCheck, missed_light
+from taichi_tracer.unseen.unseen_light import RarelyMet
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -418,7 +418,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self._shown = None
 
     def _missed_light(self) -> float:
-        """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.rarely_met``."""
+        """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.unseen_light``."""
         self.film.unseen.rare = self.rarely_met.rows()
         return missed_light(self)
 

@@ -39,10 +39,9 @@ from taichi_tracer.options import (
 )
 from taichi_tracer.ray import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.array_pool import ArrayPool
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.lru import Lru
+from taichi_tracer.system.lru import ArrayPool, Lru
 from taichi_tracer.system.overrides import replaced, why_replaced
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage

@@ -17,7 +17,7 @@ from taichi_tracer.environment import Environment, check_intensity, load_environ
 from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.integrators import one_sample, path_settings
 from taichi_tracer.maps import find_measured
-from taichi_tracer.picture.crop import crop_pixels
+from taichi_tracer.picture.film import crop_pixels
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData

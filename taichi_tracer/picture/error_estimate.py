@@ -50,7 +50,7 @@ the error is unknown: then m may be all noise.
 
 **What no sample met.** Samples cannot show a small sun that no sample has met, nor what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
-the second by samples of the other technique; ``rarely_met`` knows lamps that are hard to find. The upper end of the
+the second by samples of the other technique; ``unseen_light`` knows lamps that are hard to find. The upper end of the
 interval is √((e F)² + unseen²), before it is divided.
 """
 

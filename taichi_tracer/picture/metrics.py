@@ -1,11 +1,17 @@
-"""How different are two pictures? Numbers over linear radiance, and one for what people see."""
+"""How different are two pictures, and is one biased? Numbers over linear radiance, and one for what people see."""
+
+import math
 
 import numpy as np
 
 from taichi_tracer.files.srgb import srgb_from_linear
+from taichi_tracer.picture.film import Film
 from taichi_tracer.system.errors import InputError
 
 PBRT_EPSILON = 0.01  # keeps pixels that are nearly black from deciding the mean, as in the imgtool of pbrt
+BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
+MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts, so that one rare light cannot decide the test
+BLOCK = 4  # pixels on a side: the variance of one pixel is a rough number, the mean of a block is not
 
 
 def rmse(image: np.ndarray, reference: np.ndarray) -> float:
@@ -42,3 +48,64 @@ def check_same_size(image: np.ndarray, reference: np.ndarray) -> None:
     if image.shape != reference.shape:
         sizes = " and ".join(f"{p.shape[1]}x{p.shape[0]}" for p in (image, reference))
         raise InputError(f"pictures of {sizes} pixels cannot be compared: they must be of one size")
+
+
+def shift_of(
+    pictures: list[tuple[np.ndarray, np.ndarray]], reference: tuple[np.ndarray, np.ndarray], unseen: float = 0.0
+) -> tuple[float, float, float]:
+    """How the mean of pictures differs from that of the reference.
+
+    Args:
+        pictures: (picture, variance of its pixels) for every seed. reference: its picture and variance.
+        unseen: what light that no sample met may add, as a fraction of the mean.
+
+    Returns:
+        The shift and its standard error, as fractions of the reference's mean; and a z-score. For this one, the
+        difference of every block of pixels is divided by its own standard error. A single block counts at most as
+        ``MOST_OF_A_BLOCK``, so that one pixel that met a rare light cannot look like a bias, while an estimator that is
+        wrong is so in many blocks. The z-score is no larger than that of the whole picture.
+    """
+    true, variance_of_true = reference
+    mean = float(true.mean())
+    difference = np.mean([p for p, _ in pictures], axis=0) - true
+    variance = np.sum([np.nan_to_num(v) for _, v in pictures], axis=0) / len(pictures) ** 2
+    variance += np.nan_to_num(variance_of_true)
+    spread = variance.sum(axis=2) / 3  # channels err together
+    shift = float(difference.mean()) / mean
+    error = math.hypot(math.sqrt(spread.mean() / spread.size) / mean, unseen)
+    d, v = (blocks_of(values) for values in (difference.mean(axis=2), spread))
+    side = min(BLOCK_SIDE, *difference.shape[:2])
+    certain = v > 0
+    if not certain.any() or error == 0:
+        return shift, error, math.nan
+    z = d[certain] / np.sqrt(v[certain] / side**2)
+    of_blocks = float(np.clip(z, -MOST_OF_A_BLOCK, MOST_OF_A_BLOCK).sum()) / math.sqrt(z.size)
+    return shift, error, math.copysign(min(abs(of_blocks), abs(shift) / error), of_blocks)
+
+
+def blocks_of(values: np.ndarray) -> np.ndarray:
+    """The means of square blocks of (h, w) values; what is left over at the ends is not in them."""
+    side = min(BLOCK_SIDE, *values.shape)
+    height, width = (n // side for n in values.shape)
+    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
+
+
+def typical_error(film: Film) -> float:
+    """The median, over blocks of pixels with light, of the standard error of a pixel relative to the block's mean.
+
+    A fraction; NaN where it is unknown. In half of the picture, pixels are better than this.
+    """
+    image = film.own_pixels(film.image()).astype(np.float64).mean(axis=2)
+    variance = film.own_pixels(film.variance_of_mean()).astype(np.float64).mean(axis=2)
+    height, width = (max(BLOCK, BLOCK * (side // BLOCK)) for side in image.shape)
+    blocks = [mean_of_blocks(values[:height, :width]) for values in (image, variance)]
+    is_lit = (blocks[0] > 0) & np.isfinite(blocks[1])
+    return float(np.median(np.sqrt(blocks[1][is_lit]) / blocks[0][is_lit])) if is_lit.any() else math.nan
+
+
+def mean_of_blocks(values: np.ndarray) -> np.ndarray:
+    """The mean of each block of an array whose sides are multiples of ``BLOCK``; of all of it, where it is smaller."""
+    height, width = values.shape
+    if height % BLOCK or width % BLOCK:
+        return values.mean(keepdims=True)
+    return values.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK).mean(axis=(1, 3))

@@ -10,8 +10,7 @@ from taichi_tracer.files.images import check_writable, encode_png, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.picture.albedo_uv import albedo_uv_of
-from taichi_tracer.picture.aovs import Aov, as_channels, channel_names, find_aovs
+from taichi_tracer.picture.aovs import Aov, albedo_uv_of, as_channels, channel_names, find_aovs
 from taichi_tracer.picture.denoised import Changed, clamped, denoised
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError

@@ -20,7 +20,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
-from taichi_tracer.picture.crop import crop_pixels
+from taichi_tracer.picture.film import crop_pixels
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements, nearest
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError

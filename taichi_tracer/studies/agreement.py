@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.picture.bias import BLOCK_SIDE, shift_of
+from taichi_tracer.picture.metrics import BLOCK_SIDE, shift_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.variants import is_path, known, renderer_of
 

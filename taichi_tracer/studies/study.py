@@ -25,9 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from taichi_tracer.picture.adaptive import PILOT
-from taichi_tracer.picture.bias import shift_of
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.picture.metrics import relative_rmse
+from taichi_tracer.picture.metrics import relative_rmse, shift_of
 from taichi_tracer.studies.bench import Shot, Worker
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, reference_variant

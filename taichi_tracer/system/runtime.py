@@ -21,11 +21,10 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import processors
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import quick_imports
-from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time
+from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time, usable_processors
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -174,7 +173,7 @@ def patches() -> dict[str, str]:
 
 def workers(threads: int | None) -> int:
     """The number of threads that Taichi starts for a number of CPUs; None means all CPUs that this process may use."""
-    cpus = processors.usable()
+    cpus = usable_processors()
     return threads if threads is not None and threads < cpus else WORKERS_PER_CPU * (threads or cpus)
 
 

@@ -1,8 +1,9 @@
 """One thread at a time uses Taichi: it has one state for all threads, and ends the process where two change it."""
 
 import functools
+import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from taichi.lang import impl
@@ -11,6 +12,7 @@ Function = TypeVar("Function", bound=Callable)
 LOCK = threading.RLock()
 starter = threading.main_thread().ident  # the thread that has started Taichi: Taichi's own trees of fields are its
 _user: int | None = None  # the thread that has the lock
+OWN = 11, 15  # fields of /proc/<pid>/stat after the name: user, system, and both of the children that have ended
 
 
 def one_at_a_time(function: Function) -> Function:
@@ -43,3 +45,21 @@ def note_start() -> None:
 def is_starter() -> bool:
     """Whether this thread has started Taichi."""
     return starter == threading.get_ident()
+
+
+def usable_processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def own_seconds(pids: Iterable[int]) -> float:
+    """Processor seconds of some processes, and of their children that have ended; a process that has ended counts 0."""
+    total = 0.0
+    for pid in pids:
+        try:
+            with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+                fields = file.read().rpartition(")")[2].split()
+        except OSError:
+            continue
+        total += sum(int(word) for word in fields[OWN[0] : OWN[1]]) / os.sysconf("SC_CLK_TCK")
+    return total

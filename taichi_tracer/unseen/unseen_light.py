@@ -29,8 +29,12 @@ import numpy as np
 
 from taichi_tracer.system.lru import Lru
 from taichi_tracer.unseen import rare_light
+from taichi_tracer.unseen.caustics import caustics, has_caustics
+from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors
+from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
-from taichi_tracer.unseen.rare_light import KNOWN
+from taichi_tracer.unseen.rare_light import KNOWN, RareLight, rows_of
+from taichi_tracer.unseen.small_lamps import small_lamps
 
 RARE = "rare_light"  # the name of the array in a checkpoint
 KEPT_COUNTERS = 8  # going back to an environment that was counted a short time ago compiles nothing
@@ -38,6 +42,7 @@ MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M,
 NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
 REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
 SAFETY = 4  # times u: so many that the interval holds the truth (``python -m benchmarks.claims``)
+OF_FEW_RAYS = 1.2  # times light of which only some thousand rays are known
 
 
 def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
@@ -137,3 +142,42 @@ class UnseenLight:
 
 def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:
     return first if second is None else second if first is None else first + second
+
+
+class RarelyMet:
+    """The rare light of a renderer's picture, which is found once for each view.
+
+    Args:
+        renderer: a ``ProgressiveRenderer``.
+    """
+
+    def __init__(self, renderer: Any) -> None:
+        self.renderer = renderer
+        self._of: Any = None  # the state of the picture for which it was found
+        self._found: list[tuple[float, RareLight]] = []
+        self._chains: MirrorChains | None = None
+
+    def rows(self) -> np.ndarray:
+        """All of it, see ``rare_light.rows_of``; no rows if samples find everything."""
+        renderer = self.renderer
+        if renderer.scene_data.lamps.count == 0 or not renderer.shows_light or renderer.replaced:
+            return rows_of([])
+        if self._of != renderer._shown:
+            self._of, self._found = renderer._shown, self._find()
+        return rows_of(self._found)
+
+    def _find(self) -> list[tuple[float, RareLight]]:
+        renderer = self.renderer
+        scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
+        kernel_scene = renderer.kernel_scene()
+        if not has_mirrors(kernel_scene):
+            return [(1.0, small_lamps(scene, camera, crop, scene.intersect))]
+        if self._chains is None or self._chains.scene is not kernel_scene:
+            self._chains = MirrorChains(kernel_scene)
+        settings = getattr(renderer.active, "settings", None)
+        bounces = 1 if settings is None else int(settings["max_bounces"])
+        view = self._chains, scene, camera, crop, bounces
+        found = [(1.0, small_lamps(scene, camera, crop, self._chains.intersect)), (OF_FEW_RAYS, mirrored_lamps(*view))]
+        if has_caustics(kernel_scene, bounces):
+            found.append((OF_FEW_RAYS, caustics(*view)))
+        return found

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from taichi_tracer.picture import bias
+from taichi_tracer.picture import metrics
 
 
 def test_bias_is_found_and_none_is_not_invented(rng):
@@ -16,10 +16,10 @@ def test_bias_is_found_and_none_is_not_invented(rng):
         noise = np.repeat(rng.normal(size=(3, 32, 32, 1)), 3, axis=3)
         return [(1 + shift + 0.1 * n, np.full((32, 32, 3), 0.01)) for n in noise]
 
-    found = np.array([bias.shift_of(pictures(0), truth) for _ in range(40)])
+    found = np.array([metrics.shift_of(pictures(0), truth) for _ in range(40)])
     assert 0.6 < np.std(found[:, 0] / found[:, 1]) < 1.5
     assert 0.5 < np.std(found[:, 2]) < 1.5
-    shift, error, z = bias.shift_of(pictures(10 * 0.1 / math.sqrt(3 * 1024)), truth)
+    shift, error, z = metrics.shift_of(pictures(10 * 0.1 / math.sqrt(3 * 1024)), truth)
     assert shift > 5 * error
     assert z > 5
     assert shift == pytest.approx(10 * 0.1 / math.sqrt(3 * 1024), rel=0.4)
@@ -34,7 +34,7 @@ def test_one_pixel_with_a_rare_light_is_no_bias(rng):
     for _ in range(3):
         picture = 1 + 0.1 * np.repeat(rng.normal(size=(32, 32, 1)), 3, axis=2)
         finals.append((picture, np.full((32, 32, 3), 0.01)))
-    shift, error, z = bias.shift_of(finals, truth)
+    shift, error, z = metrics.shift_of(finals, truth)
     assert abs(shift) > 100 * error
     assert abs(z) < 4
-    assert bias.shift_of(finals, truth, unseen=2.0)[1] > 2
+    assert metrics.shift_of(finals, truth, unseen=2.0)[1] > 2

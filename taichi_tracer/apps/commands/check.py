@@ -24,7 +24,7 @@ from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import USER_ERROR
 from taichi_tracer.system.argument_types import whole
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.processors import own_seconds
+from taichi_tracer.system.threads import own_seconds
 from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, ResultLine, summary
 
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in

@@ -32,7 +32,7 @@ from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.pictures import first_renderer
 from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, environment_name, position_of
 from taichi_tracer.camera_controller import Pose
-from taichi_tracer.picture.typical_error import typical_error
+from taichi_tracer.picture.metrics import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data_loader import name_of, scene_names
 from taichi_tracer.settings import NO_NAME, RenderSettings
