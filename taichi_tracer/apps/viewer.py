@@ -5,9 +5,7 @@ page (``view --browser``) has more: comparing, explaining, all settings.
 """
 
 import contextlib
-import math
 import os
-import shlex
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -26,13 +24,12 @@ from taichi_tracer.apps.page.preview import Preview, current
 from taichi_tracer.apps.page.renderer_state import RendererState, after
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.apps.reproduce import as_command, camera_words, environment_name, name_of_light, position_of
+from taichi_tracer.apps.reproduce import as_command, environment_name, name_of_light, position_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
@@ -122,7 +119,6 @@ class Viewer:
         self.message: list[str] = []
         self.pending: Callable[[], None] | None = None  # what was chosen, and takes time, in the frame that shows BUSY
         self.frame_seconds, self.moves = 0.0, False
-        self.error, self.error_at = math.nan, 0.0
         self.preview = Preview()
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
@@ -204,13 +200,10 @@ class Viewer:
                 self.window.running = False
             elif event.key in (ti.ui.LMB, ti.ui.RMB):
                 self.drags_picture = self.window.get_cursor_pos()[0] * self.pixels.shape[0] >= PANEL
-            elif event.key in self.keys:
-                self.keys[event.key]()
-
-    @property
-    def keys(self) -> dict[str, Callable[[], None]]:
-        """What a key does that is pressed once."""
-        return {"p": self.save_picture, "c": self.print_camera, "r": self.reset}
+            elif event.key == "p":
+                self.save_picture()
+            elif event.key == "r":
+                self.reset()
 
     def is_pressed(self, key: str) -> bool:
         """Whether a key or a button is held, or was pressed since the last frame."""
@@ -244,7 +237,7 @@ class Viewer:
                 panel.text(text)
             panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms")
             if self.renderer.is_random:
-                panel.text(f"{self.renderer.samples} samples{self.error_in_words()}")
+                panel.text(f"{self.renderer.samples} samples")
             for renderer_class, offers in self.state.offered:
                 if renderer_class is not MapRenderer or isinstance(self.renderer, MapRenderer):
                     self.draw_buttons(panel, renderer_class, offers)
@@ -294,15 +287,6 @@ class Viewer:
             except InputError as error:
                 self.tell(str(error))
 
-    def error_in_words(self) -> str:
-        """The estimated error of a picture of light, measured twice a second."""
-        now = time.perf_counter()
-        if not self.renderer.needs_light or self.renderer.samples < 2:
-            self.error = math.nan
-        elif now - self.error_at > pace.ERROR_EVERY and not self.moves:
-            self.error, self.error_at = self.renderer.error(), now
-        return "" if math.isnan(self.error) else f", RMSE {two_digits(self.error)}"
-
     def tell(self, *texts: str) -> None:
         """Show texts in the panel, in lines that fit into it."""
         self.message = [text[i : i + FITS] for text in texts for i in range(0, len(text), FITS)]
@@ -317,11 +301,6 @@ class Viewer:
             words = ("Not saved:", str(error))
             print(*words, flush=True)
         self.tell(*words)
-
-    def print_camera(self) -> None:
-        """Print the camera as options of the command line."""
-        print("Camera:", shlex.join(camera_words(self.renderer.camera)), flush=True)
-        self.tell("Camera printed on the terminal")
 
     def reset(self) -> None:
         """The camera and the speed of the beginning."""

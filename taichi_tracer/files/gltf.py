@@ -46,7 +46,6 @@ GLB_HEADER, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<II")  # magic, v
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # of a componentType
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of primitives with triangles
-MOST_ROWS = 1 << 27  # of an accessor without a buffer view, which is made of zeros
 USUAL_CUTOFF = 0.5
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 
@@ -73,8 +72,6 @@ def json_of(raw: bytes) -> tuple[dict, bytes | None]:
     while at < len(raw):
         length, _ = GLB_CHUNK.unpack_from(raw, at)
         chunks.append(raw[at + GLB_CHUNK.size : at + GLB_CHUNK.size + length])
-        if len(chunks[-1]) < length:
-            raise InputError(f"the file is cut short: a chunk of {length} bytes has {len(chunks[-1])}")
         at += GLB_CHUNK.size + length
     return json.loads(chunks[0]), chunks[1] if len(chunks) > 1 else None
 
@@ -87,8 +84,6 @@ class Gltf:
     """
 
     def __init__(self, content: Any, buffer: bytes | None, path: Path, notes: list[str]) -> None:
-        if not isinstance(content, dict):
-            raise InputError(f"an object is needed, not {content!r:.40}")
         self.content, self.buffer, self.path, self.notes = content, buffer, path, notes
         self.known: dict[Any, Any] = {}  # buffers, materials and primitives that were read
 
@@ -114,10 +109,10 @@ class Gltf:
 
     def entry(self, name: str, number: Any) -> Any:
         """The entry of a list of the file, by its number."""
-        entries = self.content.get(name, [])
-        if not isinstance(number, int) or not 0 <= number < len(entries):
-            raise InputError(f"{name}[{number}] is needed, and the file has {len(entries)} {name}, counted from 0")
-        return entries[number]
+        try:
+            return self.content[name][number]
+        except (LookupError, TypeError):
+            raise InputError(f"{name}[{number}] is needed, and is not there") from None
 
     # ── arrays ──
 
@@ -135,10 +130,7 @@ class Gltf:
             uri = self.entry("buffers", index).get("uri")
             self.known[index] = self.buffer if uri is None else self.bytes_at(uri)
         start = view.get("byteOffset", 0)
-        found = memoryview(self.known[index] or b"")[start : start + view["byteLength"]]
-        if len(found) < view["byteLength"] or start < 0:
-            raise InputError(f"bufferViews[{number}]: a buffer is shorter than it says")
-        return found, view.get("byteStride", 0)
+        return memoryview(self.known[index] or b"")[start : start + view["byteLength"]], view.get("byteStride", 0)
 
     def rows(self, view: int, offset: int, kind: str, width: int, count: int) -> np.ndarray:
         """(count, width) numbers of a buffer view."""
@@ -153,21 +145,17 @@ class Gltf:
             is_share: whether integers are always normalised, as for texture coordinates and colours.
         """
         accessor = self.entry("accessors", number)
-        try:
-            kind, width, count = TYPES[accessor["componentType"]], WIDTHS[accessor["type"]], accessor["count"]
-            if "bufferView" in accessor:
-                found = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, width, count)
-            else:
-                found = np.zeros((min(count, MOST_ROWS), width), kind)
-            if "sparse" in accessor:
-                of, by = accessor["sparse"]["values"], accessor["sparse"]["indices"]
-                count, place = accessor["sparse"]["count"], TYPES[by["componentType"]]
-                ids = self.rows(by["bufferView"], by.get("byteOffset", 0), place, 1, count).ravel()
-                found = found.copy()
-                found[ids] = self.rows(of["bufferView"], of.get("byteOffset", 0), kind, width, count)
-        except (LookupError, TypeError, ValueError) as error:
-            reason = f"{error} is missing or unknown" if isinstance(error, KeyError) else error
-            raise InputError(f"accessors[{number}] cannot be read: {reason}") from None
+        kind, width, count = TYPES[accessor["componentType"]], WIDTHS[accessor["type"]], accessor["count"]
+        if "bufferView" in accessor:
+            found = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, width, count)
+        else:
+            found = np.zeros((count, width), kind)
+        if "sparse" in accessor:
+            of, by = accessor["sparse"]["values"], accessor["sparse"]["indices"]
+            count, place = accessor["sparse"]["count"], TYPES[by["componentType"]]
+            ids = self.rows(by["bufferView"], by.get("byteOffset", 0), place, 1, count).ravel()
+            found = found.copy()
+            found[ids] = self.rows(of["bufferView"], of.get("byteOffset", 0), kind, width, count)
         if found.dtype.kind == "f":
             return found.astype(np.float64)
         if accessor.get("normalized", is_share and QUANTIZED not in self.content.get("extensionsUsed", [])):
@@ -244,8 +232,6 @@ class Gltf:
             arrays = self.posed(arrays, attributes, self.joints(skin))
         points = arrays["POSITION"].astype(np.float64)
         ids = self.array(primitive["indices"]).ravel() if "indices" in primitive else np.arange(len(points))
-        if ids.dtype.kind == "f":
-            raise InputError("indices must be whole numbers")
         part = Mesh(points, triangles_of(ids, primitive.get("mode", TRIANGLES)), source=str(self.path))
         check(part)
         if "NORMAL" in arrays:

@@ -7,7 +7,6 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.materials import Material
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, METALLIC
 
 LIGHTS = "KHR_lights_punctual"
@@ -43,11 +42,6 @@ def material_of(look: dict, has_colors: bool) -> Material:
         has_colors: whether its vertices have colours, by which the base colour is multiplied.
     """
     values, strength = look.get("pbrMetallicRoughness"), extensions(look).get(STRENGTH, {})
-    for name, value in {**look, **(values or {}), **strength}.items():
-        if name.endswith(("Factor", "Cutoff", "Strength")):
-            most = 1.0 if name in ("metallicFactor", "roughnessFactor") else np.finfo(np.float32).max
-            if not ((np.asarray(value, float) >= 0) & (np.asarray(value, float) <= most)).all():
-                raise InputError(f"material {look.get('name')!r}: {name} must be from 0 to {most:g}, not {value}")
     base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
     rough: dict = {"Kd": tuple(base.tolist())}
     if values is not None and UNLIT not in extensions(look):
@@ -72,8 +66,6 @@ def light_of(known: list, number: int, matrix: np.ndarray, notes: list[str]) -> 
     Args:
         known: the lights of the file. matrix: (4, 4) of the light's node. notes: gets a line for what is not used.
     """
-    if not isinstance(number, int) or not 0 <= number < len(known):
-        raise InputError(f"the light {number} is needed, and the file has {len(known)} lights, counted from 0")
     light = known[number]
     name = light.get("name", light.get("type"))
     direction, position = -matrix[:3, 2], matrix[:3, 3]

@@ -74,15 +74,13 @@ def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_p
     assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
 
 
-def test_the_speed_and_the_keys_of_the_camera(small_renderer, tmp_path, capsys):
+def test_the_speed_and_the_reset_of_the_camera(small_renderer, tmp_path):
     view = viewer.Viewer(small_renderer.use("distance"), tmp_path)
     camera = small_renderer.camera
     pressed(view, speed=2.0)
     assert view.speed == 3
-    view.keys["c"]()
-    assert shlex.join(viewer.camera_words(camera)) in capsys.readouterr().out
     camera.set_camera_parameters(fov=25.0)
-    view.keys["r"]()
+    view.reset()
     assert (camera.fov, view.speed) == (60, 1.5)
 
 

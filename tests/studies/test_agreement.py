@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.apps import agreement as command
+from taichi_tracer.apps.commands import accuracy as command
 from taichi_tracer.studies.agreement import Compared, Group, block_scores
 
 

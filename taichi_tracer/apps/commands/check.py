@@ -16,12 +16,13 @@ import subprocess
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import USER_ERROR
+from taichi_tracer.apps.running import Interruption
 from taichi_tracer.system.argument_types import whole
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.threads import own_seconds
@@ -30,7 +31,6 @@ from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, ResultLine, summar
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
 # less than 6. The clock alone counts where the system does not tell the seconds of other processes.
 CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
-SILENCE = 4.0  # seconds of the clock, after which a terminal says what is done
 POLL = 0.1  # seconds between two looks
 PAGE = "check.html"
 NOT_RIGHT = 1  # the exit code if a part is not right
@@ -98,9 +98,13 @@ class Supervised:
     Attributes:
         about: its first line. found: what it found of parts. present: the part that runs; None if none does.
         has_ended: whether it has done all that it had to do.
+
+    Args:
+        words: of its command. goes_on: whether another process has begun. interruption: ends the check by Ctrl-C.
     """
 
-    def __init__(self, words: Sequence[str], goes_on: bool) -> None:
+    def __init__(self, words: Sequence[str], goes_on: bool, interruption: Interruption) -> None:
+        self.interruption = interruption
         reading, writing = os.pipe()
         environment = {**os.environ, VARIABLE: str(writing), **({GOES_ON: "1"} if goes_on else {})}
         command = [sys.executable, "-m", "taichi_tracer", "check", *words]
@@ -152,15 +156,13 @@ class Supervised:
             self.about |= facts
 
     def _begin(self) -> None:
-        self._is_silent, self._began, self._had_used = True, time.monotonic(), own_seconds([self.process.pid])
+        self._began, self._had_used = time.monotonic(), own_seconds([self.process.pid])
 
     def _look(self) -> None:
         """Look how long the present part has taken, or what comes before the first one."""
+        if self.interruption.number is not None:
+            raise KeyboardInterrupt
         clock, used = time.monotonic() - self._began, own_seconds([self.process.pid]) - self._had_used
-        if self._is_silent and clock > SILENCE and sys.stderr.isatty():
-            what = f"{self.present['begins']} is compiled and run" if self.present else "the files are read"
-            print(f"  ... {what}", file=sys.stderr, flush=True)
-            self._is_silent = False
         if used > CPU_SECONDS or clock > CLOCK_SECONDS:
             seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
             raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?", is_late=True)
@@ -199,9 +201,9 @@ def supervise(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
         InputError: the files give no answer when they are read.
     """
     found: list[ResultLine] = []
-    with ending_by_signals():
+    with Interruption() as interruption:
         while True:
-            one = Supervised([folder, *names, *options], goes_on=bool(found))
+            one = Supervised([folder, *names, *options], bool(found), interruption)
             try:
                 code = one.run()
                 found += one.found
@@ -243,20 +245,3 @@ def finished(title: str, target: Path, found: Sequence[ResultLine]) -> int:
     replace_file(target, html_boxes.whole(title, body).encode())
     print(f"{text}\n{target}")
     return 0 if all(t.is_right for t in found) else NOT_RIGHT
-
-
-@contextlib.contextmanager
-def ending_by_signals() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM end this process after those that it has started; the program otherwise leaves at once."""
-
-    def end(number: int, frame: object) -> None:
-        """End as a program does that a signal has ended."""
-        print("taichi-tracer: interrupted", file=sys.stderr)
-        sys.exit(128 + number)
-
-    former = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
