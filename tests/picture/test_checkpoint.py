@@ -7,7 +7,7 @@ import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.commands.merge import content_of
+from taichi_tracer.apps.commands.merge import read_all
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.picture.adaptive import shares_of
 from taichi_tracer.picture.checkpoint import facts_of
@@ -53,7 +53,7 @@ def test_a_picture_whose_pixels_have_shares_goes_on_with_them(scene, tmp_path, a
     assert len(np.unique(second.film.counts())) > 1
     np.testing.assert_array_equal(second.image(), whole.image())
     with pytest.raises(tt.InputError, match="its pixels have different numbers of samples"):
-        content_of(path)
+        read_all([path, path])
 
 
 def test_parts_of_ones_own_are_facts(scene):

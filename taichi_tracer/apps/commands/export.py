@@ -10,11 +10,12 @@ from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
+from taichi_tracer.files.disk import replace_file
 from taichi_tracer.geometry import clean
 from taichi_tracer.instances import resolve_instances, view_of_mesh
 from taichi_tracer.options import lights_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
+from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import FILE, find_scene, orientation_and_view
@@ -47,15 +48,7 @@ def run(args: Namespace) -> int:
     for text in whole.notes:
         note(text)
     text = as_rt3(replace(document, shots=shots), path)
-    part = path.with_name(f".{path.name}.part.xml")
-    try:
-        part.write_text(text, encoding="utf-8")
-        read_rt3(part)  # what is not read again is not left behind
-        part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    finally:
-        part.unlink(missing_ok=True)
+    replace_file(path, text.encode())
     count = whole.num_primitives if whole.placed is None else whole.placed.starts[-1]
     print(f"{path}: {count:,} primitives, {len(shots)} pictures, {len(text.encode()):,} bytes")
     return 0

@@ -39,12 +39,11 @@ def run(args: Namespace) -> int:
     else:
         known = ", ".join([checkpoint.EXTENSION, *ENCODERS])
         raise InputError(f"-o {output}: unknown file type {output.suffix!r}: known are {known}")
-    first, *others = args.files
-    facts, ranges = checked(args.files)
+    facts, ranges, contents = read_all(args.files)
     runtime.init("cpu", facts["precision"])
-    film = film_of(facts, *content_of(first))
-    for path in others:
-        film.merge(film_of(facts, *content_of(path)))
+    film, *others = [film_of(facts, arrays, samples) for arrays, samples in contents]
+    for other in others:
+        film.merge(other)
     if is_picture:
         shown = display if facts["srgb"] else Display()
         image = film.own_pixels(film.image())
@@ -57,28 +56,28 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def checked(files: list[str]) -> tuple[dict, list[list[int]]]:
-    """The facts of the picture, and the ranges of all samples; an InputError if the files do not fit together."""
-    first, *others = files
-    facts, _ = checkpoint.read_checkpoint(first)
-    ranges = facts.pop("samples")
-    for path in others:
-        other, _ = checkpoint.read_checkpoint(path)
-        samples = other.pop("samples")
-        checkpoint.check_same(path, other, first, facts)
+def read_all(files: list[str]) -> tuple[dict, list[list[int]], list[tuple[dict, list[list[int]]]]]:
+    """The facts of the picture, the ranges of all samples, and the arrays and ranges of each file.
+
+    Raises:
+        InputError: the files do not fit together.
+    """
+    facts, _ = checkpoint.read_checkpoint(files[0])
+    del facts["samples"]
+    ranges: list[list[int]] = []
+    contents = []
+    for path in files:
+        own, arrays = checkpoint.read_checkpoint(path)
+        samples = own.pop("samples")
+        checkpoint.check_same(path, own, files[0], facts)
+        if SHARES in arrays:
+            raise InputError(f"{path}: its pixels have different numbers of samples: render it with --no-adaptive")
         try:
             ranges = checkpoint.joined(ranges, samples)
         except InputError as error:
-            raise InputError(f"{first}, {path}: {error}") from None
-    return facts, ranges
-
-
-def content_of(path: str) -> tuple[dict, list[list[int]]]:
-    """The arrays and the ranges of the samples of a checkpoint."""
-    facts, arrays = checkpoint.read_checkpoint(path)
-    if SHARES in arrays:
-        raise InputError(f"{path}: its pixels have different numbers of samples: render the parts with --no-adaptive")
-    return arrays, facts["samples"]
+            raise InputError(f"{', '.join(files)}: {error}") from None
+        contents.append((arrays, samples))
+    return facts, ranges, contents
 
 
 def film_of(facts: dict, arrays: dict, ranges: list[list[int]]) -> Film:

@@ -40,8 +40,6 @@ class RendererState:
     Attributes:
         renderer: the one that shows.
         environments: the names of the environments that can be chosen.
-        max_distance: what the view of the distance shows white; None until this view was shown. It does not follow the
-            camera, so that the greys of a picture stay the same while the camera moves.
     """
 
     def __init__(self, renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> None:
@@ -60,8 +58,7 @@ class RendererState:
         self.environments = list(dict.fromkeys([*self._environments, *shipped, NO_NAME]))
         self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
         self._has_chosen_light = environment is not None
-        self.max_distance: float | None = None
-        self._keep_max_distance()
+        fix_white(renderer)
 
     @property
     def scene(self) -> SceneData:
@@ -114,12 +111,9 @@ class RendererState:
             self._show(self._renderer(renderer_class, scene).use(settings.view))
         for name, option in OPTIONS.items():
             value = getattr(settings, name)
-            if option.value in self.renderer.values() and value != getattr(former, name) and name != "max_distance":
+            if option.value in self.renderer.values() and value != getattr(former, name):
                 usual = option.usual if value in (None, ()) else value
                 self.renderer.change(option.value, usual[0] if name == "bounces" and usual else usual)
-        if settings.max_distance != former.max_distance and settings.max_distance is not None:
-            self.max_distance = settings.max_distance
-        self._keep_max_distance()
         if (settings.exposure, settings.tone) != (former.exposure, former.tone):
             self.renderer.set_display(settings.exposure, settings.tone)
         if settings.fov != former.fov and settings.fov is not None:
@@ -174,17 +168,11 @@ class RendererState:
         self.renderer = renderer
         self._last[type(renderer)] = renderer
 
-    def _keep_max_distance(self) -> None:
-        distance = self.renderer.values().get("max_distance")
-        if distance is not None:
-            self.max_distance = distance if self.max_distance is None else self.max_distance
-            self.renderer.change("max_distance", self.max_distance)
-
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
         key = *key_of(scene), renderer_class
         if key not in self._made:
-            self._made[key] = made_like(self.renderer, renderer_class, scene)
+            self._made[key] = fix_white(made_like(self.renderer, renderer_class, scene))
         copy_values(self._last.get(renderer_class, self._made[key]), self._made[key])
         return self._made[key]
 
@@ -241,7 +229,7 @@ class RendererState:
             found.append(as_slider("display", "exposure", float(renderer.display.exposure), -10, 10, 0.125))
         if not renderer.camera.has_window:
             found.append(as_slider("camera", "fov", float(renderer.camera.fov), 5, 150, 0.5))
-        if renderer.active.name == "distance" and (white := self.max_distance) is not None:
+        if renderer.active.name == "distance" and (white := renderer.values().get("max_distance")) is not None:
             found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
         for control in renderer.controls():
             if isinstance(control, BouncesControl):
@@ -304,6 +292,13 @@ def made_like(
         options["crop"] = like.film.crop
     options["adaptive"] = like.adaptive and renderer_class.jitters
     return renderer_class(scene_data=scene, camera=camera or like.camera, **options)
+
+
+def fix_white(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
+    """Keep what the view of the distance shows white, so that greys stay the same while the camera moves."""
+    if "max_distance" in renderer.values():
+        renderer.change("max_distance", renderer.values()["max_distance"])
+    return renderer
 
 
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:

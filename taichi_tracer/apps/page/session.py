@@ -541,7 +541,7 @@ class Session(Channel):
         ]
         split = None if self.split is None else (self.split.mode, self.split.number, self.split.equal)
         fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, split, fov, self.state.max_distance, *self.beside)
+        return (*of, split, fov, self.renderer.values().get("max_distance"), *self.beside)
 
     @property
     def beside(self) -> tuple:
