@@ -42,13 +42,8 @@ def with_appearance(mesh: Mesh, color=None, material=None, normals=None, face_ma
     if normals is not None:
         changed["normals"], changed["face_normals"] = corner_normals(normals, mesh)
     if uv is not None:
-        rows, (v, f) = numbers("uv", uv), (len(mesh.vertices), len(mesh.faces))
-        if rows.shape not in ((v, 2), (f, 3, 2)):
-            known = f"({v}, 2), one per vertex, or ({f}, 3, 2), one per corner"
-            raise InputError(f"mesh: uv must have the shape {known}, not {rows.shape}")
-        if not np.isfinite(rows).all():
-            raise InputError(f"mesh: uv must be finite numbers, not {rows[~np.isfinite(rows)][0]}")
-        changed["corner_uv"] = rows.astype(np.float64)[mesh.faces] if rows.ndim == 2 else rows.astype(np.float64)
+        rows = of_corners("uv", uv, 2, mesh)
+        changed["corner_uv"] = rows[mesh.faces] if rows.ndim == 2 else rows
     return replace(mesh, **changed)
 
 
@@ -97,16 +92,20 @@ def material_ids(given, triangles: int, count: int) -> np.ndarray:
 
 def corner_normals(given, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """(N, 3) normals and (F, 3) int32 ids into them, from normals for each vertex or for each corner."""
-    rows, (v, f) = numbers("normals", given), (len(mesh.vertices), len(mesh.faces))
-    if rows.shape not in ((v, 3), (f, 3, 3)):
-        known = f"({v}, 3), one per vertex, or ({f}, 3, 3), one per corner"
-        raise InputError(f"mesh: normals must have the shape {known}, not {rows.shape}")
-    is_per_vertex, rows = rows.ndim == 2, rows.reshape(-1, 3).astype(np.float64)
-    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if len(wrong) > 0:
-        raise InputError(f"mesh: normals must be finite, and normal {wrong[0]} is {rows[wrong[0]].tolist()}")
-    ids = mesh.faces if is_per_vertex else np.arange(3 * f).reshape(-1, 3)
-    return rows, ids.astype(np.int32)
+    rows = of_corners("normals", given, 3, mesh)
+    ids = mesh.faces if rows.ndim == 2 else np.arange(3 * len(mesh.faces)).reshape(-1, 3)
+    return rows.reshape(-1, 3), ids.astype(np.int32)
+
+
+def of_corners(name: str, given, width: int, mesh: Mesh) -> np.ndarray:
+    """(V, width) or (F, 3, width) finite float64: numbers of vertices or of corners; an InputError for others."""
+    rows, (v, f) = numbers(name, given), (len(mesh.vertices), len(mesh.faces))
+    if rows.shape not in ((v, width), (f, 3, width)):
+        known = f"({v}, {width}), one per vertex, or ({f}, 3, {width}), one per corner"
+        raise InputError(f"mesh: {name} must have the shape {known}, not {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise InputError(f"mesh: {name} must be finite numbers, not {rows[~np.isfinite(rows)][0]}")
+    return rows.astype(np.float64)
 
 
 def numbers(name: str, given) -> np.ndarray:

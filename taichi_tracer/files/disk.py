@@ -10,8 +10,6 @@ from pathlib import Path
 from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-KINDS = ((stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"))
-
 _noting: list[dict[Path, None]] = []  # for those who want to know which files are read
 
 
@@ -49,8 +47,7 @@ def check_is_file(path: str | Path) -> None:
     if stat.S_ISDIR(mode):
         raise InputError(f"{path}: this is a folder: give a file in it")
     if not stat.S_ISREG(mode):
-        kind = next((name for is_one, name in KINDS if is_one(mode)), "no file")
-        raise InputError(f"{path}: this is {kind}: give a file that lies on a disk")
+        raise InputError(f"{path}: this is a pipe or a device: give a file that lies on a disk")
 
 
 def check_place(path: str | Path) -> None:

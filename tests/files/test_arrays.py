@@ -56,7 +56,7 @@ def test_normals_are_those_of_vertices_or_of_corners():
         ({"face_materials": [0]}, "face_materials must be 2 ids, one per triangle, not the shape (1,)"),
         ({"face_materials": [0.0, 0.5]}, "face_materials must be whole numbers, not float64"),
         ({"normals": UP[:3]}, "normals must have the shape (4, 3), one per vertex, or (2, 3, 3), one per corner"),
-        ({"normals": np.where(np.eye(4, 3) > 0, np.inf, 1)}, "normals must be finite, and normal 0 is [inf, 1.0, 1.0]"),
+        ({"normals": np.where(np.eye(4, 3) > 0, np.inf, 1)}, "normals must be finite numbers, not inf"),
         ({"normals": [[1, 2], [3]]}, "normals must be an array of numbers, not list"),
     ],
 )

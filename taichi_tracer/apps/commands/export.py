@@ -10,7 +10,7 @@ from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
-from taichi_tracer.files.disk import replace_file
+from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.geometry import clean
 from taichi_tracer.instances import resolve_instances, view_of_mesh
 from taichi_tracer.options import lights_of
@@ -59,8 +59,7 @@ def output_of(args: Namespace) -> Path:
     path = Path(args.output)
     if path.suffix.lower() != ".xml":
         raise InputError(f"{path}: the ending must be .xml")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist")
+    check_place(path)
     return path
 
 

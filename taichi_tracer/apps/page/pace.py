@@ -1,42 +1,29 @@
 """How often a live picture is shown and its error is looked at, in the window, in browsers and in notebooks."""
 
-import math
 from collections.abc import Callable
 
 import taichi as ti
 
 from taichi_tracer.progressive import ProgressiveRenderer
 
-ERROR_EVERY = 0.5  # seconds between two estimates of the error at least: each reads the whole film
-LATELY = 8  # times over which the cost of something is averaged
 MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
 
 
-class Rarely:
+class Throttle:
     """Lets something be done so seldom that it takes at most a share of the time.
 
     Args:
         least: seconds between two times at least. share: of the time that it may take.
         most: seconds between two times at most, whatever it takes.
-
-    The mean of the times that it took lately is what counts, without the first one, which may have compiled something.
     """
 
-    def __init__(self, least: float, share: float, most: float = math.inf) -> None:
+    def __init__(self, least: float, share: float, most: float) -> None:
         self.least, self.share, self.most = least, share, most
-        self.begin()
-
-    def begin(self) -> None:
-        """Let it be done at once, and forget how long it took."""
-        self.next = -math.inf
-        self._times: list[float] = []
+        self.next = 0.0  # when it may be done again
 
     def done(self, begin: float, end: float) -> None:
         """Note when it was done."""
-        self._times = [*self._times, end - begin][-LATELY:]
-        later = self._times[1:]
-        pause = max(self.least, sum(later) / len(later) / self.share) if later else self.least
-        self.next = end + min(self.most, pause)
+        self.next = end + min(self.most, max(self.least, (end - begin) / self.share))
 
 
 def thinned(curve: list) -> list:

@@ -92,8 +92,8 @@ class Session(Channel):
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple  # the picture, the kind and the settings of the last frame
         self._file_of: tuple = ()  # what the bytes of its file depend on
-        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
-        self._look = pace.Rarely(ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
+        self._framed_at, self._rest = -1e9, pace.Throttle(REST_EVERY, REST_SHARE, REST_MOST)
+        self._look = pace.Throttle(ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
         self._details, self._details_of, self._details_number = "{}", (), 0
         self._begin_with(renderer)
 
