@@ -53,10 +53,12 @@ def can_open_window() -> WindowVerdict:
 def is_certain() -> bool:
     """Whether a display and a Vulkan device prove that a window will open.
 
-    Over a network they do not, and neither where Metal takes part.
+    Over a network they do not, nor where Metal takes part, nor where another user's X server may refuse this one.
     """
-    remote = "SSH_CONNECTION" in os.environ or not is_local(os.environ.get("DISPLAY", ":"))
-    return sys.platform != "darwin" and not remote
+    name = os.environ.get("DISPLAY", "")
+    if not sys.platform.startswith("linux"):
+        return sys.platform != "darwin" and "SSH_CONNECTION" not in os.environ
+    return "SSH_CONNECTION" not in os.environ and is_local(name) and socket_of(name).stat().st_uid == os.getuid()
 
 
 def find_display() -> WindowVerdict:
@@ -71,8 +73,7 @@ def find_display() -> WindowVerdict:
             )
         remedy = "run it on a desktop, or with: xvfb-run -s '-screen 0 1280x1024x24'"
         return WindowVerdict(False, "no display (DISPLAY is not set)", remedy)
-    number = name.rpartition(":")[2].partition(".")[0]
-    if is_local(name) and not Path(f"/tmp/.X11-unix/X{number}").exists():
+    if is_local(name) and not socket_of(name).exists():
         return WindowVerdict(False, f"the display {name!r} cannot be opened", "check DISPLAY, or `xhost` and `ssh -X`")
     return WindowVerdict(True, f"display {name}")
 
@@ -80,6 +81,11 @@ def find_display() -> WindowVerdict:
 def is_local(name: str) -> bool:
     """Whether an X server runs on this machine."""
     return name.startswith((":", "unix:"))
+
+
+def socket_of(name: str) -> Path:
+    """The socket of a local X server, whose owner runs it."""
+    return Path("/tmp/.X11-unix", f"X{name.rpartition(':')[2].partition('.')[0]}")
 
 
 def vulkan_remedy() -> str:
