@@ -1,11 +1,16 @@
 """Taichi in each precision, and random numbers."""
 
+import os
+
 import numpy as np
 import pytest
 from support import start
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
+
+# Taichi keeps 100 MB of compiled kernels; those of all tests are more, and would push each other out in every run.
+os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(10**9))
 
 
 @pytest.fixture(scope="module")
