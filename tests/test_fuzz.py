@@ -3,7 +3,7 @@
 import fuzz
 import pytest
 
-EXAMPLES = 60
+EXAMPLES = 30
 
 
 pytestmark = pytest.mark.usefixtures("f32")

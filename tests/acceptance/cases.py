@@ -67,7 +67,7 @@ class Maker:
     """
 
     def __init__(self, is_quick: bool = False, **options) -> None:
-        self.is_quick, self.options, self.scenes = is_quick, options, {}
+        self.is_quick, self.options, self.scenes, self.known = is_quick, options, {}, {}
 
     def scene(self, name: str, is_lit: bool) -> tt.SceneData:
         """A shipped scene, under the environment "studio" if it is lit; the forest has light of its own."""
@@ -86,8 +86,10 @@ class Maker:
         return np.asarray(renderer.use(shows).render(spp or LIGHT.get(kind, 1)).image())
 
     def blocks(self, case: str, seed: int = 1, spp: int = 0) -> np.ndarray:
-        """The means of the blocks of one picture."""
-        return blocks(self.picture(case, seed, spp))
+        """The means of the blocks of one picture, which is made once."""
+        if (case, seed, spp) not in self.known:
+            self.known[case, seed, spp] = blocks(self.picture(case, seed, spp))
+        return self.known[case, seed, spp]
 
 
 def blocks(image: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ def test_the_terms_add_up_to_the_value_of_the_sample(scene_name, name):
     rng, bright, hits = np.random.default_rng(5), 0, 0
     for sample in range(6):
         column, row = int(rng.integers(4, 20)), int(rng.integers(2, 14))
-        found = renderer.explain(column, row, None if sample % 2 else sample, 200)  # half of them are unusual
+        found = renderer.explain(column, row, None if sample % 2 else sample, 50)  # half of them are unusual
         values = [term.value for term in found.terms]
         assert np.allclose(np.sum(values, axis=0), found.value, rtol=1e-5, atol=1e-5 * np.max(np.abs(values)))
         assert not found.remainder.any(), str(found)

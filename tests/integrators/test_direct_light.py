@@ -131,7 +131,7 @@ def test_the_light_that_samples_of_the_light_leave_out_is_not_lost(estimator):
         renderer = renderer_class(scene, 32, 32, sampler="independent").use(name)
         if name == "path":
             renderer.max_bounces = 1
-        renderer.render(16 if DEBUG else 128)
+        renderer.render(16 if DEBUG else 64)
         assert renderer.kernel_scene().compensates == (name != "environment")
         found.append((quarters(renderer.image()), quarters(renderer.film.variance_of_mean()) / 256))
     (image, variance), (expected, variance_of_lights) = found

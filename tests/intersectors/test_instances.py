@@ -14,7 +14,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.scene_data import again
 from taichi_tracer.textures import Texture
 
-RAYS = 100_000
+RAYS = 30_000
 
 
 def in_f32(array):

@@ -119,12 +119,19 @@ KERNELS = [
 ]
 
 
-@pytest.mark.parametrize("kernel", KERNELS, ids=lambda kernel: kernel.__name__)
-def test_kernels_do_what_they_do_with_fields_of_taichi(kernel):
+@pytest.fixture(scope="module")
+def stores(f32):
+    """Two stores with the same numbers: one in Taichi's own fields, one in numpy's memory."""
     with without_arrays():
         other = Store()
+    return other, Store()
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda kernel: kernel.__name__)
+def test_kernels_do_what_they_do_with_fields_of_taichi(kernel, stores):
+    other, store = stores
+    with without_arrays():
         kernel(other)
-    store = Store()
     before = store.numbers_of_all()
     kernel(store)
     found = store.numbers_of_all()
