@@ -71,7 +71,7 @@ _HOME_OF = {
     "A2Renderer": "renderer",
     "A3Renderer": "renderer",
     "A4Renderer": "renderer",
-    "MapRenderer": "maps",
+    "MapRenderer": "explain.maps",
     "LampChoice": "lights.choice",
     "RT3Renderer": "rt3.renderer",
     "Picture": "files.picture",

@@ -11,6 +11,7 @@ from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF
 from taichi_tracer.camera import Camera as Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera as OrthographicCamera
 from taichi_tracer.environment import Environment as Environment
+from taichi_tracer.explain.maps import MapRenderer as MapRenderer
 from taichi_tracer.files.images import read_image as read_image
 from taichi_tracer.files.images import save_image as save_image
 from taichi_tracer.files.picture import Picture as Picture
@@ -31,7 +32,6 @@ from taichi_tracer.lights.directional_light import DirectionalLight as Direction
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler
 from taichi_tracer.lights.point_light import PointLight as PointLight
 from taichi_tracer.lights.spot_light import SpotLight as SpotLight
-from taichi_tracer.maps import MapRenderer as MapRenderer
 from taichi_tracer.materials import Material as Material
 from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
 from taichi_tracer.ray import HitData as HitData

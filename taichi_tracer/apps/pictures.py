@@ -14,9 +14,9 @@ from taichi_tracer.apps.notes import note
 from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, check_intensity, load_environment
+from taichi_tracer.explain.maps import find_measured
 from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.integrators import one_sample, path_settings
-from taichi_tracer.maps import find_measured
 from taichi_tracer.picture.film import crop_pixels
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer

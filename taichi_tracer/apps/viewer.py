@@ -26,10 +26,10 @@ from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.apps.reproduce import as_command, environment_name, name_of_light, position_of
 from taichi_tracer.camera_controller import Pose
+from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
-from taichi_tracer.maps import MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError

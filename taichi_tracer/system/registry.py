@@ -37,7 +37,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "environment": (("environment",), False),
     "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
-    "renderer": (("renderer", "maps", "rt3.renderer"), False),
+    "renderer": (("renderer", "explain.maps", "rt3.renderer"), False),
     "tone curve": (("tones",), True),
 }
 

@@ -12,10 +12,10 @@ from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.pictures import OF_LIGHT
 from taichi_tracer.apps.reproduce import environment_name, settings_of
 from taichi_tracer.environment import load_environment
+from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
-from taichi_tracer.maps import MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
