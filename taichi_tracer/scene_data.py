@@ -1,14 +1,10 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
 import functools
-import hashlib
 import warnings
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import taichi as ti
-from numpy.typing import ArrayLike
 
 from taichi_tracer.background import load_background
 from taichi_tracer.effects import MODES, Effects, derive
@@ -20,7 +16,7 @@ from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.intersectors.places import Places
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
+from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.meshes.parts import GROUND, notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
@@ -37,7 +33,7 @@ from taichi_tracer.options import (
     make_intersector,
     with_options,
 )
-from taichi_tracer.ray import RayHits, as_rays, ray_from, write_hit
+from taichi_tracer.ray import RayQueries
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import one_of
@@ -51,16 +47,11 @@ from taichi_tracer.textures import Textures
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
-FINGERPRINT_DIGITS = 32
-
-ADDED = ("Km", *TEXTURES)  # members of materials that fingerprints have only where a material has them
-
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 
 
 @ti.data_oriented
-class SceneData(KnownAttributes):
+class SceneData(KnownAttributes, RayQueries):
     """Everything that rays can hit. The memory is freed together with the object, or by ``destroy``.
 
     Args:
@@ -214,32 +205,6 @@ class SceneData(KnownAttributes):
             lines.append(f"{'lamp choice':<15} {self.lamps.choice.name}: one of {self.lamps.count:,} for each sample")
         return lines
 
-    def fingerprint(self) -> str:
-        """A hash of everything in the scene on which a picture depends."""
-        mesh, sky = self.mesh, self.environment
-        digest = hashlib.sha256(described(mesh.materials).encode())
-        arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
-        arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
-        arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
-        arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
-        if self.material_library.has_both_models:
-            digest.update(b"Ns decides")
-        if self.up_axis != "y":
-            digest.update(self.up_axis.encode())
-        if self.background is not None:
-            arrays += [self.background.pixels, np.array([self.background.corners])]
-        if sky is not None:
-            arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
-            digest.update(sky.lookup.encode())
-        for light in self.lights:
-            digest.update(repr((light.name, light.facts())).encode())
-        if self.lamps.count > 0:
-            digest.update(repr((self.lamps.choice.name, self.lamps.two_sided)).encode())
-        for array in arrays:
-            digest.update(f"{array.shape} {array.dtype}".encode())
-            digest.update(np.ascontiguousarray(array).data)
-        return digest.hexdigest()[:FINGERPRINT_DIGITS]
-
     @property
     def num_triangles(self) -> int:
         """The number of triangles, including those that no ray can hit."""
@@ -267,71 +232,6 @@ class SceneData(KnownAttributes):
         self._memory.free()
         self._reused = ArrayPool()
         self.ray_intersector.destroy()
-
-    @ti.func
-    def query_ray(self, ray):
-        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
-        return self.ray_intersector.query_ray(ray)
-
-    @one_at_a_time
-    def intersect(
-        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
-    ) -> RayHits:
-        """The nearest hit of every ray with t_min < t < t_max.
-
-        Args:
-            origins, directions: (N, 3) or (3,) arrays, or (…, 3); the members of the result have the shape of the
-                rays, such as (h, w) for the rays of a picture. A direction may have any length except 0; ``distance``
-                is in units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
-            t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
-        """
-        self.check_alive()
-        rays, shape = as_rays(origins, directions, t_min, t_max)
-        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype(), self._reused)
-        if len(hits) > 0:
-            self._intersect(*rays, reals, whole)
-        hits.is_hit = hits.is_hit.astype(bool)
-        hits.is_backfacing = hits.is_backfacing.astype(bool)
-        return hits.reshaped(shape)
-
-    @one_at_a_time
-    def occluded(
-        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
-    ) -> np.ndarray:
-        """(N,) bool, or in the rays' shape: whether each hits something with t_min < t < t_max; see ``intersect``."""
-        self.check_alive()
-        rays, shape = as_rays(origins, directions, t_min, t_max)
-        blocked = np.empty(len(rays[0]), np.int32)
-        if len(blocked) > 0:
-            self._occluded(*rays, blocked)
-        return blocked.astype(bool).reshape(shape)
-
-    @ti.kernel
-    def _intersect(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        t_min: ti.types.ndarray(ndim=1),
-        t_max: ti.types.ndarray(ndim=1),
-        reals: ti.types.ndarray(ndim=1),
-        whole: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(origins.shape[0]):
-            hit = self.ray_intersector.query_segment(ray_from(origins, directions, i), t_min[i], t_max[i])
-            write_hit(hit, i, origins.shape[0], reals, whole)
-
-    @ti.kernel
-    def _occluded(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        t_min: ti.types.ndarray(ndim=1),
-        t_max: ti.types.ndarray(ndim=1),
-        blocked: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(origins.shape[0]):
-            ray = ray_from(origins, directions, i)
-            blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])
 
     def __repr__(self) -> str:
         spheres = f"{self.num_spheres:,} spheres, " if self.num_spheres > 0 else ""
@@ -369,16 +269,3 @@ def again(former: SceneData, **changes: Any) -> SceneData:
         scene = SceneData(mesh, **own | changes)
     scene.shots, scene.notes = former.shots, former.notes
     return scene
-
-
-def described(materials: list[Material]) -> str:
-    """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
-    unset = Material()
-    later = [
-        f.name
-        for f in fields(Material)
-        if f.name in ADDED and all(getattr(m, f.name) == getattr(unset, f.name) for m in materials)
-    ]
-    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name not in later} for m in materials]
-    words = ["Material(" + ", ".join(f"{name}={value!r}" for name, value in one.items()) + ")" for one in members]
-    return f"[{', '.join(words)}]"

@@ -10,6 +10,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
+from taichi_tracer.picture.checkpoint import fingerprint
 from taichi_tracer.scene_data import again
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -74,7 +75,7 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
         scene = tt.scene_from_mesh(vertices, line, environment="studio", up_axis="z", lights=[Lamp()])
     other = again(scene, triangle_test="moller_trumbore")
     assert other.ray_intersector.triangle_test == "moller_trumbore"
-    assert other.fingerprint() == scene.fingerprint()
+    assert fingerprint(other) == fingerprint(scene)
     assert other.environment is scene.environment
     assert other.notes == scene.notes
     assert type(other.ray_intersector) is type(scene.ray_intersector)

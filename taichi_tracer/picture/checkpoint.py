@@ -1,13 +1,22 @@
 """The state to which the samples of a picture belong, and how samples are saved and loaded again."""
 
+import hashlib
 import json
+from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
+
 from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
+from taichi_tracer.materials import TEXTURES, Material
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
 PACKAGE = "taichi_tracer."
+# Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
+FINGERPRINT_DIGITS = 32
+ADDED = ("Km", *TEXTURES)  # members of materials that fingerprints have only where a material has them
 SHARES = "shares"  # the array of a picture whose pixels do not all take the same samples
 
 
@@ -17,7 +26,7 @@ def facts_of(renderer) -> dict:
     window = camera.compute_half_size(), camera.compute_centre()
     matrix = camera.camera_to_world.to_numpy().tolist()
     return {
-        "scene": renderer.scene_data.fingerprint(),
+        "scene": fingerprint(renderer.scene_data),
         "camera": repr((camera.name, matrix, *window)),
         renderer.what: renderer.active.name,
         "size": [renderer.width, renderer.height],
@@ -75,3 +84,43 @@ def load(renderer, path: str | Path) -> None:
     elif SHARES in arrays:
         renderer.own_shares.begin(arrays[SHARES])
     renderer.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])
+
+
+def fingerprint(scene: SceneData) -> str:
+    """A hash of everything in the scene on which a picture depends."""
+    mesh, sky = scene.mesh, scene.environment
+    digest = hashlib.sha256(described(mesh.materials).encode())
+    arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
+    arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
+    arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
+    arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
+    if scene.material_library.has_both_models:
+        digest.update(b"Ns decides")
+    if scene.up_axis != "y":
+        digest.update(scene.up_axis.encode())
+    if scene.background is not None:
+        arrays += [scene.background.pixels, np.array([scene.background.corners])]
+    if sky is not None:
+        arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
+        digest.update(sky.lookup.encode())
+    for light in scene.lights:
+        digest.update(repr((light.name, light.facts())).encode())
+    if scene.lamps.count > 0:
+        digest.update(repr((scene.lamps.choice.name, scene.lamps.two_sided)).encode())
+    for array in arrays:
+        digest.update(f"{array.shape} {array.dtype}".encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()[:FINGERPRINT_DIGITS]
+
+
+def described(materials: list[Material]) -> str:
+    """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
+    unset = Material()
+    later = [
+        f.name
+        for f in fields(Material)
+        if f.name in ADDED and all(getattr(m, f.name) == getattr(unset, f.name) for m in materials)
+    ]
+    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name not in later} for m in materials]
+    words = ["Material(" + ", ".join(f"{name}={value!r}" for name, value in one.items()) + ")" for one in members]
+    return f"[{', '.join(words)}]"
