@@ -49,10 +49,9 @@ class Explanation:
         steps: what was computed, in order.
         counts: how often nodes were entered and primitives were tried; the steps show only the first ones.
         is_complete: False if the sample takes so many steps that the last ones are missing.
-        triangles: (3, 3) vertices of each triangle that the path hit.
         lobe: f_r max(n·ω_i, 0) of the first surface, see ``drawing.lobe_drawing``; None if it is a mirror, or a miss.
         terms: what is added up to ``value``; empty if the sample is not made of light.
-        thumbnail: SVG of the picture with a mark at the pixel; "" if nothing was rendered.
+        thumbnail: HTML of the picture with a mark at the pixel; "" if nothing was rendered.
     """
 
     renderer: str
@@ -69,7 +68,6 @@ class Explanation:
     steps: list[Step]
     counts: dict[str, int]
     is_complete: bool = True
-    triangles: tuple[np.ndarray, ...] = ()
     lobe: np.ndarray | None = None
     terms: tuple[Term, ...] = ()
     thumbnail: str = ""
@@ -155,7 +153,8 @@ class Explanation:
             for where, w_i, colour, what in arrows
             if what != BRDF or where == len(surfaces) - 1  # elsewhere, the path goes on along this direction
         ]
-        found = [drawing.path_drawing(points, self.triangles, shown)]
+        normals = np.array([s.values["normal"] for s in surfaces])
+        found = [drawing.path_drawing(points, normals, shown)]
         if self.lobe is not None:
             first = surfaces[0].values
             own = [(w_i, colour, what) for where, w_i, colour, what in arrows if where == 0]

@@ -7,12 +7,12 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.explain.drawing import thumbnail
 from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.explain.log import Log
 from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_integrator, recorded_scene
-from taichi_tracer.explain.steps import Step, steps_of, steps_within
+from taichi_tracer.explain.steps import steps_of
 from taichi_tracer.explain.terms import terms_of
-from taichi_tracer.explain.thumbnail import thumbnail
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
@@ -89,7 +89,6 @@ class PixelExplainer:
             steps=steps,
             counts=counts,
             is_complete=self.log.is_full[None] == 0,
-            triangles=self.hit_triangles(steps),
             lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
             terms=tuple(terms_of(steps, self.share)) if r.srgb else (),
             thumbnail=thumbnail(r.film.image(), column, row, r.display, r.srgb) if r.film.samples > 0 else "",
@@ -128,23 +127,6 @@ class PixelExplainer:
                 if self.hit.is_hit:
                     self.draw_lobe(self.scene, self.ray, self.hit)
         self.film.record(0, 0, value, index)
-
-    def hit_triangles(self, steps: list[Step]) -> tuple[np.ndarray, ...]:
-        """The vertices of the triangles on which the path stood."""
-        mesh = self.renderer.scene_data.mesh
-        rows, placed = mesh.primitives(), mesh.placed
-        found = []
-        for step in steps_within(steps):
-            if step.name in ("query_segment", "query_ray") and step.values.get("is_hit"):
-                triangle_id, matrix = int(step.values["triangle_id"]), np.eye(4)[:3]
-                if placed is not None:
-                    place = int(np.searchsorted(placed.starts, triangle_id, "right")) - 1
-                    triangle_id += int(placed.primitives[placed.object_of[place]] - placed.starts[place])
-                    matrix = placed.matrices[place]
-                row = rows[triangle_id]
-                if row >= 0:
-                    found.append(mesh.vertices[mesh.faces[row]].astype(np.float64) @ matrix[:, :3].T + matrix[:, 3])
-        return tuple(found)
 
     @ti.func
     def draw_lobe(self, scene: ti.template(), ray, hit):
