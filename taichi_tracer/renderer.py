@@ -320,7 +320,7 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     def receipt(self) -> list[str]:
         """One line per effect and per form; then how many bounces are simulated, and whether roulette ends paths."""
-        return [*super().receipt(), *self.path_settings.receipt(self.scene_data.effects)]
+        return [*super().receipt(), *self.path_settings.receipt()]
 
     @property
     def max_bounces(self) -> int:

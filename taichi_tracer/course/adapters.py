@@ -45,12 +45,9 @@ NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the p
 def adapters_of(classes: dict[str, type]) -> dict[str, type]:
     """The package's classes for a student's classes, by the names of the handout; names that it lacks are left out."""
     made: dict[str, type] = {}
-    for name, base in (("Camera", tt.Camera), ("Environment", tt.Environment), ("UniformSampler", tt.UniformSampler)):
+    for name in ("Camera", "Environment", "UniformSampler", "BRDF", "MicrofacetBRDF"):
         if name in classes:
-            made[name] = adapted(classes[name], base, name)
-    for name, base in (("BRDF", tt.BRDF), ("MicrofacetBRDF", tt.MicrofacetBRDF)):
-        if name in classes:
-            made[name] = adapted(classes[name], base, name, fitted)
+            made[name] = adapted(classes[name], getattr(tt, name), name, fitted if "BRDF" in name else None)
     intersector = classes.get("BruteForceRayIntersector", classes.get("RayIntersector"))
     if intersector is not None:
         made["RayIntersector"] = intersector_of(intersector)
@@ -132,8 +129,8 @@ def adapted(student: type, base: type, name: str, fit: Callable | None = None, m
     if fit is not None:
         members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members |= {"__module__": student.__module__, "__doc__": student.__doc__}
-    if name in CONSTRUCTED and (own := names_read(student) - set(members) - set(dir(base))):
-        members["__init__"] = with_attributes(base.__init__, student, own, CONSTRUCTED[name])  # type: ignore[misc]
+    if name in CONSTRUCTED and names_read(student) - set(members) - set(dir(base)):
+        members["__init__"] = with_attributes(base.__init__, student, CONSTRUCTED[name])  # type: ignore[misc]
     members = {k: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for k, v in members.items()}
     made = type(name, (base,), members | {"other_arguments": others})
     return with_some(made, name, lambda some: adapted(student, base, name, fit, some))
@@ -174,14 +171,12 @@ def complete(made: Any, student: type, given: dict[str, Any]) -> None:
         vars(made).update({k: v for k, v in constructed(student, given).items() if k in lacking})
 
 
-def with_attributes(usual: Callable, student: type, own: set[str], given: Callable[[Any], dict[str, Any]]) -> Callable:
+def with_attributes(usual: Callable, student: type, given: Callable[[Any], dict[str, Any]]) -> Callable:
     """A constructor of a package's class that also sets what only the student's sets, such as a ratio or a table."""
 
     def begin(self: Any, *arguments: Any, **options: Any) -> None:
         usual(self, *arguments, **options)
-        lacking = {name for name in own if not hasattr(self, name)}
-        if lacking:
-            vars(self).update({k: v for k, v in constructed(student, given(self)).items() if k in lacking})
+        complete(self, student, given(self))
 
     return begin
 
@@ -219,15 +214,9 @@ def fitted(method: Any) -> Any:
 # ── objects of the student's own class ──
 
 
-def object_of(student: type, *arguments: Any, **attributes: Any) -> Any:
-    """An object of a student's class with attributes; if its constructor cannot be used, it is left out."""
-    made = None
-    if arguments:
-        try:
-            made = student(*arguments)
-        except Exception:  # of base code that expects more than a geometry
-            made = None
-    made = student.__new__(student) if made is None else made
+def object_of(student: type, **attributes: Any) -> Any:
+    """An object of a student's class with attributes, without its constructor."""
+    made = student.__new__(student)
     vars(made).update(attributes)
     return made
 
@@ -241,8 +230,8 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
         BIND(self, geometry, triangle_test)
         of_course = CourseGeometry(geometry)
-        self.theirs = object_of(student, of_course, geometry=of_course)
-        complete(self.theirs, student, {"geometry": of_course})
+        given = {"geometry": of_course}
+        self.theirs = object_of(student, **constructed(student, given) | given)
 
     def begin(self: Any, geometry: Any = None, triangle_test: Any = "watertight") -> None:
         BEGIN(self, geometry, triangle_test)

@@ -15,6 +15,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.overrides import unfinished
+from taichi_tracer.system.registry import where_in
 
 ABSENT = object()
 # The class of this package whose methods an adapter of the same name has.
@@ -151,14 +152,7 @@ def members_of(adapter: type) -> dict[str, Any]:
 
 def text_of_error(error: BaseException, file: Path) -> str:
     """What is wrong with a file, in one line that begins with the file and the line."""
-    line = error.lineno if isinstance(error, SyntaxError) else None
-    trace = error.__traceback__
-    while trace is not None:
-        if Path(trace.tb_frame.f_code.co_filename) == file:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    where = f"{file.name}:{line}" if line else file.name
-    return f"{where}: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
+    return f"{where_in(error, file, file.name)}: {type(error).__name__}: {str(error).partition(chr(10))[0]}"
 
 
 _IN_USE: list[Course] = []

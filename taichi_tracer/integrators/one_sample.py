@@ -103,7 +103,7 @@ class OneSampleMis(DirectLight):
 def check(**weights: float) -> None:
     """Raise an InputError if one of the weights is negative or not finite, or if all are 0."""
     for name, weight in weights.items():
-        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < float("inf"):
+        if not isinstance(weight, int | float) or not 0 <= weight < float("inf"):
             raise InputError(f"{name} must be a number of at least 0, not {weight!r}")
     if sum(weights.values()) == 0:
         raise InputError(f"{' and '.join(weights)} must not both be 0")

@@ -66,22 +66,14 @@ class PathSettings:
             self._values = changed
             self._numbers.set(*self._as_numbers())
 
-    def receipt(self, effects) -> list[str]:
-        """Lines about the bounces and the roulette; ``effects`` are those of the scene."""
-        of, most = self._values, self._values["max_bounces"]
-        bounces = "not simulated, max_bounces is 0: only emitted light is seen"
-        if most > 0 and effects.is_lit:
-            is_direct = most == 1 or effects.blockers != "all"
-            bounces = f"at most {most}" if not is_direct else "one, from the light to the eye"
-        q = of["rr_termination_probability"]
-        roulette = "not simulated, rr_termination_probability is 0"
-        if of["rr_start_bounce"] >= most:
-            roulette = f"not simulated, no path is longer than rr_start_bounce = {of['rr_start_bounce']}"
-        elif of["roulette"] == "throughput":
-            roulette = f"simulated, by the throughput after bounce {of['rr_start_bounce']}"
-        elif q > 0:
-            roulette = f"simulated, with q = {q:g} after bounce {of['rr_start_bounce']}"
-        return [f"{'path length':<15} {bounces}", f"{'roulette':<15} {roulette}"]
+    def receipt(self) -> list[str]:
+        """Lines about the bounces and the roulette."""
+        of = self._values
+        by = {"course": f"with q = {of['rr_termination_probability']:g}", "throughput": "by the throughput"}
+        roulette = f"simulated, {by[of['roulette']]} after bounce {of['rr_start_bounce']}"
+        if of["roulette"] == "course" and of["rr_termination_probability"] == 0:
+            roulette = "not simulated, rr_termination_probability is 0"
+        return [f"{'path length':<15} at most {of['max_bounces']} bounces", f"{'roulette':<15} {roulette}"]
 
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
@@ -140,10 +132,10 @@ class PathSettings:
 def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bounces) -> None:
     """Raise an InputError for a value that is out of its range."""
     for name, number in (("max_bounces", max_bounces), ("rr_start_bounce", rr_start_bounce)):
-        if not is_whole(number) or not 0 <= number <= MOST_BOUNCES:
+        if not isinstance(number, int) or not 0 <= number <= MOST_BOUNCES:
             raise InputError(f"{name} must be a whole number from 0 to {MOST_BOUNCES}, not {number!r}")
     q = rr_termination_probability
-    if isinstance(q, bool) or not isinstance(q, int | float) or not 0 <= q < 1:
+    if not isinstance(q, int | float) or not 0 <= q < 1:
         raise InputError(f"rr_termination_probability must be at least 0 and less than 1, not {q!r}")
     if roulette not in ROULETTES:
         raise InputError(f"unknown roulette {roulette!r}: use one of {', '.join(ROULETTES)}")
@@ -156,7 +148,7 @@ def check_bounces(bounces) -> None:
     is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2
     ends: Any = tuple(bounces) if is_pair else (None, None)
     ends = (ends[0], MOST_BOUNCES if ends[1] is None else ends[1])
-    if not all(is_whole(end) for end in ends) or not 0 <= ends[0] <= ends[1] <= MOST_BOUNCES:
+    if not all(isinstance(end, int) for end in ends) or not 0 <= ends[0] <= ends[1] <= MOST_BOUNCES:
         text = f"(first, last) with 0 <= first <= last <= {MOST_BOUNCES}, (first, None), or None"
         raise InputError(f"bounces must be {text}, not {bounces!r}")
 
@@ -182,8 +174,3 @@ def in_words(bounces: Bounces) -> str:
     if first == last:
         return "1 bounce" if first == 1 else f"{first} bounces"
     return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"
-
-
-def is_whole(number) -> bool:
-    """Whether it is a whole number, but not True or False."""
-    return isinstance(number, int) and not isinstance(number, bool)

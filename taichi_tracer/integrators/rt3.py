@@ -11,8 +11,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import LiveNumbers
 from taichi_tracer.integrators.surface_views import normal
-from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.types import Numbers
@@ -112,7 +112,7 @@ class DepthMap(RT3Integrator):
         if zmin is not None and zmax is not None and not zmin < zmax:
             raise InputError(f"depth_map: zmin must be less than zmax, not {zmin:g} and {zmax:g}")
         self.colors, self.zmin, self.zmax = (tuple(near_color), tuple(far_color)), zmin, zmax
-        self._memory: memory.Memory | None = None
+        self._numbers: Any = None  # ``LiveNumbers``, which kernels read
 
     def arguments(self) -> dict[str, Any]:
         """What makes the same again."""
@@ -124,31 +124,29 @@ class DepthMap(RT3Integrator):
         return {"depth map": [np.array(self.colors, np.float32).tolist(), self.zmin, self.zmax]}
 
     def prepare(self, scene_data, camera) -> None:
-        """Copy gaze, colours and range into fields; it is called whenever a picture begins."""
-        if self._memory is None or self._memory.is_over():
-            self._memory = memory.Memory()
-            self.depth_colors, self.gaze = ti.Vector.field(3, float), ti.Vector.field(3, float)
-            self.depth_range = ti.Vector.field(2, float)
-            self._memory.fields.dense(ti.i, 2).place(self.depth_colors)
-            self._memory.fields.place(self.gaze, self.depth_range)
-            self._memory.allocate()
-        for i, color in enumerate(self.colors):
-            self.depth_colors[i] = color
-        matrix = camera.camera_to_world.to_numpy()
-        self.gaze[None] = matrix[:3, 2]
+        """Give colours, gaze and range to kernels; it is called whenever a picture begins."""
         low, high = depth_of(scene_data.geometry, camera)
         zmin = low if self.zmin is None else self.zmin
         zmax = high if self.zmax is None else self.zmax
         least = math.nextafter(np.float32(zmin) * (1 + self.LEAST_RANGE), math.inf)
-        self.depth_range[None] = zmin, max(zmax, least)
+        gaze = camera.camera_to_world.to_numpy()[:3, 2]
+        numbers = [*self.colors[0], *self.colors[1], *gaze.tolist(), zmin, max(zmax, least)]
+        if self._numbers is None or self._numbers.is_over():
+            self._numbers = LiveNumbers(*numbers)
+        self._numbers.set(*numbers)
 
     @ti.func
     def color(self, scene, ray, hit):
         """near + s (far − near) with s = (z − zmin)/(zmax − zmin), clamped to [0, 1]."""
-        z = hit.distance * tm.dot(ray.direction, self.gaze[None])
-        zmin, zmax = self.depth_range[None].x, self.depth_range[None].y
+        z = hit.distance * tm.dot(ray.direction, self.three(6))
+        zmin, zmax = self._numbers.get(9), self._numbers.get(10)
         s = tm.clamp((z - zmin) / (zmax - zmin), 0, 1)
-        return self.depth_colors[0] + s * (self.depth_colors[1] - self.depth_colors[0])
+        return self.three(0) + s * (self.three(3) - self.three(0))
+
+    @ti.func
+    def three(self, i: ti.template()):
+        """Three of the numbers that ``prepare`` gives to kernels, from the i-th on."""
+        return tm.vec3(self._numbers.get(i), self._numbers.get(i + 1), self._numbers.get(i + 2))
 
 
 def depth_of(geometry, camera) -> tuple[float, float]:

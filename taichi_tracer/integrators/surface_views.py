@@ -5,14 +5,14 @@ The view of the distance also has a value that can be changed, and is therefore 
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.integrators.base import View
-from taichi_tracer.system import memory
-from taichi_tracer.system.compile_time import element
+from taichi_tracer.integrators.controls import LiveNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.threads import inside_kernel
@@ -83,7 +83,6 @@ class Distance(View):
             times a power of ten that is not less than the distance of this corner. It is computed whenever a picture
             begins, unless a number was assigned: ``view.max_distance = 4``. Assigning None computes it again. Kernels
             can read it too.
-        is_chosen: whether a number was assigned.
         version: counts the assignments, so that a renderer knows when its samples belong to an older picture.
     """
 
@@ -93,14 +92,14 @@ class Distance(View):
         super().__init__()
         self._chosen: float | None = None
         self._fitting, self._farthest = MAX_DISTANCE, math.nan
-        self._memory: memory.Memory | None = None
+        self._numbers: Any = None  # ``LiveNumbers``, which kernels read
         self.version = 0
 
     @property
     def max_distance(self):
         """The distance that is white; see the class."""
         if inside_kernel():
-            return element(self._in_kernels, None)
+            return self._numbers.get(0)
         return self._fitting if self._chosen is None else self._chosen
 
     @max_distance.setter
@@ -113,15 +112,10 @@ class Distance(View):
             self._chosen = distance
             self.version += 1
 
-    @property
-    def is_chosen(self) -> bool:
-        """Whether ``max_distance`` was assigned."""
-        return self._chosen is not None
-
     def __copy__(self) -> "Distance":
-        """The same values, with fields of its own."""
+        """The same values, with numbers for kernels of its own."""
         other = type(self).__new__(type(self))
-        other.__dict__ = {**self.__dict__, "_memory": None}
+        other.__dict__ = {**self.__dict__, "_numbers": None}
         return other
 
     def fit(self, scene_data, camera) -> None:
@@ -132,12 +126,9 @@ class Distance(View):
     def prepare(self, scene_data, camera) -> None:
         """``fit``, and let kernels know the result; it is called whenever a picture begins."""
         self.fit(scene_data, camera)
-        if self._memory is None or self._memory.is_over():
-            self._memory = memory.Memory()
-            self._in_kernels = ti.field(float)
-            self._memory.fields.place(self._in_kernels)
-            self._memory.allocate()
-        self._in_kernels[None] = self.max_distance
+        if self._numbers is None or self._numbers.is_over():
+            self._numbers = LiveNumbers(self.max_distance)
+        self._numbers.set(self.max_distance)
 
     def facts(self) -> dict:
         """What the bits of a picture depend on, for checkpoints; nothing if it is as in the handouts."""
@@ -145,7 +136,7 @@ class Distance(View):
 
     def notes(self) -> list[str]:
         """A line about ``max_distance``, if it was computed and differs from that of the handouts."""
-        if self.is_chosen or self.max_distance == MAX_DISTANCE:
+        if self._chosen is not None or self.max_distance == MAX_DISTANCE:
             return []
         return [
             f"distance: white is {self.max_distance:g} units, because the farthest corner of the scene is "
@@ -155,7 +146,7 @@ class Distance(View):
     @ti.func
     def color(self, hit):
         """d / max_distance in all three channels, at most 1."""
-        return distance(hit, self._in_kernels[None])
+        return distance(hit, self._numbers.get(0))
 
 
 def farthest_corner(geometry, eye: np.ndarray) -> float:
