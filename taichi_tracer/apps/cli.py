@@ -4,7 +4,6 @@ Each command is a file of ``commands/``: its arguments, and what it runs. Nothin
 ``--version`` answer at once, and a command loads what it needs.
 """
 
-import importlib
 import os
 import signal
 import sys
@@ -19,7 +18,7 @@ from taichi_tracer.apps.grammar import Parser, add_command, as_value, load, load
 from taichi_tracer.apps.notes import USER_ERROR, let_every_character_print, note, noted
 from taichi_tracer.apps.running import EXIT_CODE, moved
 from taichi_tracer.system import new_folders
-from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
+from taichi_tracer.system.errors import InputError, NotFiniteWarning, StaleSceneError
 
 RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
 IMPORTED = time.perf_counter()  # about 0.05 s after the key press
@@ -56,8 +55,6 @@ def main(argv: list[str] | None = None) -> int:
         return EXIT_CODE + signal.SIGINT
     except Exception as error:
         new_folders.remove_empty()
-        if isinstance(error, CannotCompileError) and importlib.import_module(RUNTIME).go_on_with_the_cpu(error.args[0]):
-            return main(argv)
         text = text_of(error, parts)
         if text is None or "--debug" in words:
             raise

@@ -32,7 +32,7 @@ from taichi_tracer.intersectors.leaf_blocks import (
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.compile_time import compile_time, element, in_own_block, variable
+from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.overrides import overridable
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.tables import Tables
@@ -280,7 +280,6 @@ class WideBVH(RayIntersector):
         return variable(corner + near * step), variable(corner + far * step)
 
     @ti.func
-    @in_own_block(2)
     def met_children(self, bounds, node, t_min, t_max):
         """(t where the ray enters each of the eight boxes of a node, ``lanes_of`` the boxes that it meets).
 

@@ -53,24 +53,26 @@ class Block:
     """A ``dense`` node of a tree of fields. Each field gets an array of its own, so that a block is only a shape.
 
     Args:
-        builder: the root. axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or
-            one number for all. outer: the block around it.
+        placed: what the root has placed. counts: axis → how many cells there are along it, in all blocks together.
+        constant: the axes whose count is a constant of the code.
     """
 
-    def __init__(
-        self, builder: "Builder", axes: Sequence[Any], counts: Sequence[int] | int, outer: "Block | None" = None
-    ) -> None:
-        counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
-        own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
-        self.builder = builder
-        self.counts: dict[int, int] = own if outer is None else outer.counts | own
-        self.constant = frozenset(own) if outer is not None and len(own) == 1 else frozenset()
-        if outer is not None and set(own) & set(outer.counts):
-            raise InputError("an axis of a field cannot be divided into blocks here")
+    def __init__(self, placed: list[Any], counts: dict[int, int], constant: frozenset[int]) -> None:
+        self.placed, self.counts, self.constant = placed, counts, constant
 
     def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "Block":
-        """Another block in each cell of this one. If it has one axis, its count is a constant of the code."""
-        return Block(self.builder, axes, counts, self)
+        """A block in each cell of this one. In the cells of another block, its count is a constant if it has one axis.
+
+        Args:
+            axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or one number for
+                all.
+        """
+        counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
+        own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
+        if set(own) & set(self.counts):
+            raise InputError("an axis of a field cannot be divided into blocks here")
+        constant = frozenset(own) if self.counts and len(own) == 1 else frozenset()
+        return Block(self.placed, self.counts | own, constant)
 
     def place(self, *fields: Any) -> "Block":
         """Give fields an element in each cell."""
@@ -78,25 +80,15 @@ class Block:
         for member in members:
             if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
                 raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
-            self.builder.placed.append((member, dict(sorted(self.counts.items())), self.constant))
+            self.placed.append((member, dict(sorted(self.counts.items())), self.constant))
         return self
 
 
-class Builder:
-    """The root of a tree of fields, in place of ``ti.FieldsBuilder``."""
+class Builder(Block):
+    """The root of a tree of fields, in place of ``ti.FieldsBuilder``; its own fields have one element each."""
 
     def __init__(self) -> None:
-        self.placed: list[tuple[Any, dict[int, int], frozenset[int]]] = []
-
-    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> Block:
-        """A block of cells."""
-        return Block(self, axes, counts)
-
-    def place(self, *fields: Any) -> None:
-        """Fields of one element each."""
-        root = object.__new__(Block)
-        root.builder, root.counts, root.constant = self, {}, frozenset()
-        root.place(*fields)
+        super().__init__([], {}, frozenset())
 
     def finalize(self) -> list["ArrayField"]:
         """Allocate the memory of all fields, which is 0. Returns the fields."""
@@ -157,20 +149,13 @@ class ArrayField(Field):
     def _loop_range(self) -> Any:
         return self
 
-    def parent(self, n: int = 1) -> Any:
-        """Nothing: there is no tree of Taichi's."""
-        raise InputError(f"a field in numpy's memory has no {n} nodes above it")
-
     def _initialize_host_accessors(self) -> None:
         if not self.host_accessors:
             self.host_accessors = [Accessor(self.numbers(), place) for place in np.ndindex(*self.own)]
 
-    def to_numpy(self, keep_dims: bool = False, dtype: Any = None) -> np.ndarray:
+    def to_numpy(self, dtype: Any = None) -> np.ndarray:
         """A copy of the numbers."""
-        array = self.numbers()
-        if keep_dims and len(self.own) == 1:
-            array = array[..., None]
-        return array.astype(array.dtype if dtype is None else dtype)
+        return self.numbers().astype(self.numbers().dtype if dtype is None else dtype)
 
     def from_numpy(self, numbers: ArrayLike) -> None:
         """Set all numbers."""

@@ -22,16 +22,7 @@ OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
 PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # files of it that run under another name, too
 
 
-class OfObjects(type):
-    """A class whose properties belong to its objects: a value that is given to the class would take their place."""
-
-    def __setattr__(cls, name: str, value: Any) -> None:
-        if isinstance(inspect.getattr_static(cls, name, None), property) and not hasattr(value, "__get__"):
-            raise InputError(f"{cls.__name__}.{name} belongs to its objects: assign {value!r} to one of them")
-        super().__setattr__(name, value)
-
-
-class KnownAttributes(metaclass=OfObjects):
+class KnownAttributes:
     """A class whose objects get only attributes that they know, from outside.
 
     Known are those that its methods have set, and those of its class, with a value or with an annotation alone; and
@@ -96,5 +87,5 @@ class Spelled(Annotation):
         return super().__call__(*values, **named)
 
 
-class AbstractAnnotation(Annotation, OfObjects, ABCMeta):
+class AbstractAnnotation(Annotation, ABCMeta):
     """The same for an abstract class."""

@@ -36,19 +36,14 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
         wanted: the folder that Taichi would choose.
 
     Returns:
-        ``wanted`` if it is writable; otherwise this user's folder in the temporary folder; otherwise None, which means
-        that kernels are compiled again in every run.
+        ``wanted`` if it is writable; otherwise None, which means that kernels are compiled again in every run.
     """
     problem = why_not_writable(Path(wanted))
     if problem is None:
         remove_old_lock(Path(wanted))
         return Path(wanted), None
-    other = Path(tempfile.gettempdir()) / f"taichi_tracer_cache_{user_number()}"
-    message = f"the cache of compiled kernels, {wanted}, cannot be written ({problem})"
-    if why_not_writable(other) is None and is_of_this_user(other):
-        remove_old_lock(other)
-        return other, f"{message}: {other} is used instead"
-    return None, f"{message}: kernels are compiled anew in every run"
+    advice = f"kernels are compiled anew in every run, unless {VARIABLE} names another folder"
+    return None, f"the cache of compiled kernels, {wanted}, cannot be written ({problem}): {advice}"
 
 
 def remove_old_lock(folder: Path) -> None:
@@ -84,14 +79,3 @@ def why_not_writable(folder: Path) -> str | None:
     except OSError as error:
         return error.strerror or type(error).__name__
     return None
-
-
-def user_number() -> int:
-    """The number of the user who runs this process; 0 on systems without such numbers."""
-    return os.getuid() if hasattr(os, "getuid") else 0
-
-
-def is_of_this_user(folder: Path) -> bool:
-    """Whether a folder belongs to this user and is not a link. Other users could put their own kernels into it."""
-    facts = folder.lstat()
-    return stat.S_ISDIR(facts.st_mode) and (not hasattr(os, "getuid") or facts.st_uid == os.getuid())

@@ -54,17 +54,3 @@ def compile_time_as(inside: Callable) -> Callable[[Function], Function]:
         return compile_time(either)
 
     return decorate
-
-
-def in_own_block(values: int) -> Callable[[Function], Function]:
-    """A decorator, below ``@ti.func``, of a function that is long and is called where much else follows.
-
-    Args:
-        values: how many numbers and vectors its result has at most.
-    """
-
-    def mark(function: Function) -> Function:
-        vars(function)["block_values"] = values
-        return function
-
-    return mark

@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
 # smallest kernel of the package takes 0.04 s to translate.
 LOADED = 0.03
@@ -25,7 +24,7 @@ class Kernel:
     """A kernel of this process.
 
     Attributes:
-        name: the name of its function, such as "Film._clear".
+        name: the name of its function, such as "_take_samples".
         read_at: the value of ``time.perf_counter`` when Python began to read it.
         reading: the seconds in which Python read it.
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
@@ -102,16 +101,6 @@ def seconds_spent() -> float:
     return sum(kernel.reading + kernel.translating for kernel in _kernels)
 
 
-def seconds_to_save() -> float:
-    """The seconds that were spent on kernels that were not in the folder, so that another process is spared them."""
-    return sum(kernel.translating for kernel in _kernels if kernel.translating > FOUND)
-
-
-def kernels_made() -> int:
-    """How many kernels were not in the folder."""
-    return sum(kernel.translating > FOUND for kernel in _kernels)
-
-
 def kernels(since: float = -math.inf) -> list[Kernel]:
     """Every kernel that was used in this process since ``init``, in the order of their first calls.
 
@@ -119,3 +108,8 @@ def kernels(since: float = -math.inf) -> list[Kernel]:
         since: a value of ``time.perf_counter``: only kernels that were first called later.
     """
     return [kernel for kernel in _kernels if kernel.read_at >= since]
+
+
+def new_kernels() -> list[Kernel]:
+    """The kernels that were not in the folder: their ``translating`` is what another process is spared."""
+    return [kernel for kernel in _kernels if kernel.is_new]

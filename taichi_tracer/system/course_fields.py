@@ -25,24 +25,22 @@ class _Held:
         self._assign(value.to_list() if isinstance(value, ti.Matrix) else value)
 
 
-class HeldInt(_Held, int):
+class _HeldNumber(_Held):
+    """A number; ``+self`` is the same, which belongs to no object."""
+
+    def __getitem__(self, index: None) -> Any:
+        return +self  # type: ignore[operator]
+
+    def __reduce__(self) -> Any:
+        return type(+self), (+self,)  # type: ignore[operator]
+
+
+class HeldInt(_HeldNumber, int):
     """A whole number."""
 
-    def __getitem__(self, index: None) -> int:
-        return int(self)
 
-    def __reduce__(self) -> Any:
-        return int, (int(self),)  # a copy belongs to no object
-
-
-class HeldFloat(_Held, float):
+class HeldFloat(_HeldNumber, float):
     """A real number."""
-
-    def __getitem__(self, index: None) -> float:
-        return float(self)
-
-    def __reduce__(self) -> Any:
-        return float, (float(self),)
 
 
 class HeldArray(_Held, np.ndarray):

@@ -18,6 +18,7 @@ from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 from taichi_tracer.system.threads import is_starter
 
+MEMINFO = Path("/proc/meminfo")  # of Linux
 KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 # Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
 # kernels, so that Python must read again every kernel that is still in use.
@@ -40,22 +41,11 @@ def ask_for(needed: int, what: str) -> None:
 
 
 def free_bytes() -> int | None:
-    """The bytes that this process can still allocate, by the machine's and its own limit; None if this is unknown."""
-    known = []
-    meminfo = Path("/proc/meminfo")
-    if meminfo.exists():
-        lines = dict(line.split(":", 1) for line in meminfo.read_text().splitlines())
-        known.append(int(lines["MemAvailable"].split()[0]) * 1024)
-    try:
-        import resource
-    except ImportError:  # Windows
-        return min(known, default=None)
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY:
-        status = Path("/proc/self/statm")
-        used = int(status.read_text().split()[0]) * resource.getpagesize() if status.exists() else 0
-        known.append(max(0, limit - used))
-    return min(known, default=None)
+    """The bytes of memory that are free on this machine; None if this is unknown, as it is outside of Linux."""
+    if not MEMINFO.exists():
+        return None
+    lines = dict(line.split(":", 1) for line in MEMINFO.read_text().splitlines())
+    return int(lines["MemAvailable"].split()[0]) * 1024
 
 
 class Lifetime:

@@ -3,7 +3,7 @@
 An observer is a function ``observer(part, call, *arguments)``. It runs in place of a method, while a kernel is being
 compiled. ``call(*arguments)`` is the method itself: that of the package, or the one that a student wrote in its place.
 What the observer returns is what the caller gets. Therefore an observer may act before the method and after it, change
-its arguments, or answer in its place. ``before`` and ``after`` make observers that only look.
+its arguments, or answer in its place. ``after`` makes observers that only look.
 
 The parts themselves stay as they are: a picture that nobody watches uses them, and pays nothing.
 """
@@ -79,16 +79,6 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
         signature = signature.replace(parameters=[first, *signature.parameters.values()])
     method.__signature__ = signature  # type: ignore[attr-defined]
     return compile_time(method)
-
-
-def before(act: Callable[..., object]) -> Observer:
-    """The observer that calls ``act(part, *arguments)``, and then lets the method run."""
-
-    def observer(part: Any, call: Callable, *arguments: Any) -> Any:
-        act(part, *arguments)
-        return call(*arguments)
-
-    return observer
 
 
 def after(act: Callable[..., object]) -> Observer:

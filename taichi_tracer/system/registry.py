@@ -199,8 +199,7 @@ def load_parts(path: str) -> list:
             warnings.warn(f"{text}; the package's own is used", stacklevel=2)
         return []
     if not file.is_file():
-        what = "this is a folder, a pipe or a device, not a file" if file.exists() else "no such file"
-        raise InputError(f"--parts {path}: {what}")
+        raise InputError(f"--parts {path}: no such file")
     before = PARTS.registered_by(file)
     sys.path.insert(0, str(file.parent))
     try:
@@ -209,8 +208,6 @@ def load_parts(path: str) -> list:
         raise
     except (Exception, SystemExit) as error:
         problem = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        if isinstance(error, SyntaxError):
-            problem = f"{type(error).__name__}: {error.msg}"
         raise InputError(f"{where_in(error, file, path)}: {problem}") from error
     finally:
         sys.path.remove(str(file.parent))

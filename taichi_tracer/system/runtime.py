@@ -12,8 +12,8 @@ import functools
 import importlib
 import io
 import os
-import struct
 import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +41,9 @@ ABILITIES = {
 WORKERS_PER_CPU = 2
 # Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
 LINUX_GPUS = ("/dev/dri", "/dev/nvidiactl", "/dev/dxg")
-PROPERTIES_SIZE = 1024  # bytes; a VkPhysicalDeviceProperties has 824
+# Of the Vulkan 1.0 specification: the first number of a VkInstanceCreateInfo, whose other numbers are 0; 32-bit numbers
+# that have room for a VkPhysicalDeviceProperties, of 824 bytes; the type of a device that is software.
+INSTANCE_CREATE_INFO, PROPERTIES_SIZE, TYPE_CPU = 1, 256, 4
 # Taichi's own optimisation passes take half of the compile time, and LLVM finds the same optimisations:
 # benchmarks/RESULTS.md. With vectors of 16 numbers, and in scenes with spheres, they end the process.
 COMPILATION = {"advanced_optimization": False, "cfg_optimization": False}
@@ -88,12 +90,11 @@ def init(
         InputError: a name is unknown, or the backend has no f64.
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
-    global _fell_back_from, _was_free
     check_not_forked()
     _check_settings(arch, precision, threads)
     running = current()
     if running is not None and not force:
-        chosen = running.arch if arch == "auto" or arch == _fell_back_from else arch
+        chosen = running.arch if arch == "auto" else _choose(arch)[0]
         is_same = Settings(chosen, precision, bool(fast_math)) == running
         is_as_many = threads is None or workers(threads) == ti.cfg.cpu_max_num_threads
         if is_same and is_as_many and debug in (False, ti.cfg.debug):
@@ -105,7 +106,6 @@ def init(
         )
 
     chosen, message = _choose(arch)
-    _fell_back_from, _was_free = (arch if chosen != arch else None), arch == "auto"
     note = _start(Settings(chosen, precision, bool(fast_math)), debug, threads)
     _tell(message, note)
     return running_settings()
@@ -134,10 +134,10 @@ def _check_settings(arch: str, precision: str, threads: int | None) -> None:
 def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
     """Start Taichi, with the patches and with a folder for its cache. Returns a note on the cache, if there is one."""
     patches()
-    wanted = wanted_folder()
-    cache, note = cache_folder(wanted)
+    cache, note = cache_folder(wanted_folder())
     log_level = ti.ERROR if settings.arch == "cpu" else ti.CRITICAL  # what a GPU cannot compile raises an error
-    elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
+    # Taichi makes the folder also if it keeps nothing there.
+    unkept = {"offline_cache": False, "offline_cache_file_path": f"{tempfile.gettempdir()}/taichi"}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         note_start()
         ti.init(
@@ -148,7 +148,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             log_level=log_level,
             **COMPILATION,
             cpu_max_num_threads=workers(threads),
-            **({} if cache == wanted else elsewhere),
+            **(unkept if cache is None else {}),
         )
         impl.get_runtime().materialize()  # here, because Taichi allows it in this thread alone
     return note
@@ -177,27 +177,6 @@ def workers(threads: int | None) -> int:
     return threads if threads is not None and threads < cpus else WORKERS_PER_CPU * (threads or cpus)
 
 
-_fell_back_from: str | None = None  # the requested arch, if the running Taichi was started with another one
-_was_free = False  # whether the running Taichi was started with arch "auto"
-
-
-def go_on_with_the_cpu(reason: str) -> bool:
-    """Start Taichi again on the CPU, if it runs on a GPU that "auto" has chosen. Whoever calls begins from the start.
-
-    Args:
-        reason: why the GPU cannot be used; a warning says it.
-
-    Returns:
-        whether it was started again.
-    """
-    running = current()
-    if running is None or running.arch == "cpu" or not _was_free:
-        return False
-    _tell(f"{reason}; going on with the CPU")
-    init("cpu", running.precision, running.fast_math, force=True)
-    return True
-
-
 @one_at_a_time
 def ensure() -> Settings:
     """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
@@ -215,12 +194,6 @@ def _adopt() -> None:
 
     Kernels that were compiled before stay as they are. The program's own kernels that follow get the settings, too.
     """
-    running = running_settings()
-    if running.precision == "f64" and running.arch not in F64_ARCHS:
-        raise InputError(
-            f"Taichi runs on {running.arch}, which has no f64: start it by ti.init(arch=ti.{running.arch}, "
-            "default_fp=ti.f32), or on ti.cpu"
-        )
     if not (is_starter() or impl.get_runtime().materialized):
         raise InputError("another thread has started Taichi: make the first scene there; then all threads may use it")
     config = impl.get_runtime().prog.config()
@@ -350,56 +323,26 @@ class VulkanDevice:
     is_software: bool
 
 
-class _InstanceCreateInfo(ctypes.Structure):
-    """VkInstanceCreateInfo of the Vulkan 1.0 specification, chapter 4.2."""
-
-    _fields_ = (
-        ("sType", ctypes.c_int),
-        ("pNext", ctypes.c_void_p),
-        ("flags", ctypes.c_uint32),
-        ("pApplicationInfo", ctypes.c_void_p),
-        ("enabledLayerCount", ctypes.c_uint32),
-        ("ppEnabledLayerNames", ctypes.c_void_p),
-        ("enabledExtensionCount", ctypes.c_uint32),
-        ("ppEnabledExtensionNames", ctypes.c_void_p),
-    )
-
-
-def vulkan_loader() -> str | None:
-    """The name of the Vulkan loader's library. On Linux, ``find_library`` would start other programs to find it."""
-    if sys.platform.startswith("linux"):
-        return "libvulkan.so.1"
-    return ctypes.util.find_library("vulkan") or ctypes.util.find_library("vulkan-1")
-
-
 def vulkan_devices() -> list[VulkanDevice]:
     """The devices of the Vulkan loader, without Taichi, which would end the process if there is no device."""
-    library = vulkan_loader()
-    if library is None:
-        return []
+    # On Linux, ``find_library`` would start other programs to find it.
+    on_linux = sys.platform.startswith("linux")
+    name = "libvulkan.so.1" if on_linux else ctypes.util.find_library("vulkan") or "vulkan-1"
     try:
-        vk = ctypes.CDLL(library)
+        vk = ctypes.CDLL(name)
     except OSError:
         return []
-    instance = ctypes.c_void_p()
-    structure_type_instance_create_info = 1
-    create_info = _InstanceCreateInfo(sType=structure_type_instance_create_info)
-    if vk.vkCreateInstance(ctypes.byref(create_info), None, ctypes.byref(instance)) != 0:
+    instance, count = ctypes.c_void_p(), ctypes.c_uint32()
+    if vk.vkCreateInstance((ctypes.c_uint64 * 8)(INSTANCE_CREATE_INFO), None, ctypes.byref(instance)) != 0:
         return []
-    count = ctypes.c_uint32()
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), None)
     handles = (ctypes.c_void_p * count.value)()
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), handles)
-    devices = [_describe(vk, handle) for handle in handles if handle is not None]
+    devices = []
+    for handle in handles:
+        properties = (ctypes.c_uint32 * PROPERTIES_SIZE)()  # five numbers, of which the last is the type; char[256]
+        vk.vkGetPhysicalDeviceProperties(ctypes.c_void_p(handle), properties)
+        text = bytes(properties)[20:276].split(b"\0")[0].decode(errors="replace")
+        devices.append(VulkanDevice(text, properties[4] == TYPE_CPU))
     vk.vkDestroyInstance(instance, None)
     return devices
-
-
-def _describe(vk: ctypes.CDLL, handle: int) -> VulkanDevice:
-    """Read deviceType and deviceName of VkPhysicalDeviceProperties: five uint32, then char[256]."""
-    properties = (ctypes.c_uint8 * PROPERTIES_SIZE)()
-    vk.vkGetPhysicalDeviceProperties(ctypes.c_void_p(handle), properties)
-    raw = bytes(properties)
-    device_type = struct.unpack_from("<5I", raw)[4]
-    physical_device_type_cpu = 4
-    return VulkanDevice(raw[20:276].split(b"\0")[0].decode(errors="replace"), device_type == physical_device_type_cpu)

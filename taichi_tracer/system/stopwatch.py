@@ -5,7 +5,7 @@ do not count for the outer one, so that every moment belongs to exactly one stag
 As long as no stopwatch runs, ``stage`` does nothing.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
@@ -30,25 +30,22 @@ class Stopwatch:
     """The seconds of each stage since ``started``.
 
     Args:
-        started: the value of ``clock`` at the beginning.
+        started: the value of ``time.perf_counter`` at the beginning.
         first: the stage to which the time until now belongs.
-        clock: gives seconds; None is ``time.perf_counter``.
 
     Attributes:
-        seconds: stage → seconds. times: stage → how often it began.
+        seconds: stage → seconds.
     """
 
-    def __init__(self, started: float, first: str, clock: Callable[[], float] | None = None) -> None:
-        self._clock = perf_counter if clock is None else clock
+    def __init__(self, started: float, first: str) -> None:
         self.started = self._since = started
         self.seconds = dict.fromkeys(STAGES, 0.0)
-        self.times = dict.fromkeys(STAGES, 0)
         self._within = [OTHER]
         self.charge(first)
 
     def charge(self, name: str) -> None:
         """Let the time since the last change of stages belong to ``name``."""
-        now = self._clock()
+        now = perf_counter()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
 
@@ -56,7 +53,6 @@ class Stopwatch:
         """A stage begins."""
         self.charge(self._within[-1])
         self._within.append(name)
-        self.times[name] = self.times.get(name, 0) + 1
 
     def leave(self) -> None:
         """The stage that began last ends."""
@@ -71,10 +67,10 @@ class Stopwatch:
 _running: Stopwatch | None = None
 
 
-def start(started: float, first: str = IMPORTS, clock: Callable[[], float] | None = None) -> Stopwatch:
+def start(started: float, first: str = IMPORTS) -> Stopwatch:
     """Let a stopwatch run, which gets every ``stage``; see ``Stopwatch``."""
     global _running
-    _running = Stopwatch(started, first, clock)
+    _running = Stopwatch(started, first)
     return _running
 
 

@@ -65,12 +65,6 @@ def test_the_settings_that_kernels_need_are_given_to_a_start_by_the_user():
     assert (config.advanced_optimization, config.cfg_optimization) == (False, False)
 
 
-def test_a_start_in_f64_where_there_is_none_is_told(monkeypatch):
-    monkeypatch.setattr(runtime, "running_settings", lambda: Settings("vulkan", "f64", False))
-    with pytest.raises(tt.InputError, match=r"vulkan, which has no f64: start it by ti.init\(arch=ti.vulkan"):
-        runtime.ensure()
-
-
 # ── the second start
 
 

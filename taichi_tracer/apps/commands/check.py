@@ -156,13 +156,13 @@ class Supervised:
             self.about |= facts
 
     def _begin(self) -> None:
-        self._began, self._had_used = time.monotonic(), own_seconds([self.process.pid])
+        self._began, self._had_used = time.monotonic(), own_seconds(self.process.pid)
 
     def _look(self) -> None:
         """Look how long the present part has taken, or what comes before the first one."""
         if self.interruption.number is not None:
             raise KeyboardInterrupt
-        clock, used = time.monotonic() - self._began, own_seconds([self.process.pid]) - self._had_used
+        clock, used = time.monotonic() - self._began, own_seconds(self.process.pid) - self._had_used
         if used > CPU_SECONDS or clock > CLOCK_SECONDS:
             seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
             raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?", is_late=True)

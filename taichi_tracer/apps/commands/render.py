@@ -283,7 +283,6 @@ class Clock:
 
     def __init__(self, started: float) -> None:
         self.started, self.before = started, ""
-        self._saved_before = compiling.seconds_to_save()  # by other commands of this process
 
     def load(self, request: Request) -> SceneData:
         """Load a scene, and remember how long that took."""
@@ -295,7 +294,7 @@ class Clock:
 
     def total(self, renderer: ProgressiveRenderer) -> str:
         """Everything until now; and what the same would take again, where kernels were compiled that are kept."""
-        total, saved = time.perf_counter() - self.started, compiling.seconds_to_save() - self._saved_before
+        total, saved = time.perf_counter() - self.started, sum(kernel.translating for kernel in compiling.new_kernels())
         text = f"total {total:.2f} s"
         return text if saved < WORTH_TELLING else f"{text}, a second run about {total - saved:.2f} s"
 

@@ -5,7 +5,7 @@ whole block of the assignment, and in the blocks around it. Therefore the time i
 statements and of the number of those that stand in the blocks around them, and a long calculation is expensive where
 much else follows in the same block, or in blocks within it. In a block of its own, it concerns nobody else.
 
-Here, a call of one of ``LONG``, or of a function that is marked by ``in_own_block``, is the block of an ``if`` whose
+Here, a call of one of ``LONG`` is the block of an ``if`` whose
 condition is always true, which the compiler leaves out. The numbers of its result are copied into variables that stand
 before the block, and take their types from the copies. So the block changes no number, and no type either.
 """
@@ -22,12 +22,13 @@ from taichi.lang.struct import Struct
 PACKAGE = "taichi_tracer."
 # Functions in files that students read, which are long and are called where much else follows → how many numbers and
 # vectors a result has at most. With each of them, the kernel of some picture compiles in less time: see
-# tests/.../test_blocks.py. Those of ``fast`` are marked there.
+# tests/.../test_blocks.py.
 LONG = {
     "PointSampler.get_2d": 1,
     "FarLights.sample": 4,
     "EyeRays.hit_of": 12,
     "Paths.light_sample": 1,
+    "WideBVH.met_children": 2,
 }
 
 
@@ -36,7 +37,7 @@ def in_blocks(call: Callable) -> Callable:
 
     @functools.wraps(call)
     def called(self: Any, *arguments: Any, **options: Any) -> Any:
-        most = getattr(self.func, "block_values", LONG.get(self.func.__qualname__))
+        most = LONG.get(self.func.__qualname__)
         if most is None or not self.func.__module__.startswith(PACKAGE) or not impl.inside_kernel():
             return call(self, *arguments, **options)
         builder = impl.get_runtime().compiling_callable.ast_builder()

@@ -28,7 +28,7 @@ def counting_reading(create: Callable) -> Callable:
         start = perf_counter()
         with stage(KERNELS_READ):
             made = create(program, build, name, *words)
-        compiling.note_reading(made, function_name(build, name), start, perf_counter() - start)
+        compiling.note_reading(made, _NUMBERS.sub("", name), start, perf_counter() - start)
         return made
 
     return created
@@ -56,17 +56,3 @@ def counting_translating(compile_it: Callable) -> Callable:
             compiling.note_translating(words[-1], perf_counter() - start, thread_time() - processor)
 
     return compiled
-
-
-def function_name(build: Any, name: str) -> str:
-    """The name of a kernel's function, with that of its class.
-
-    Args:
-        build: what Taichi calls to build the kernel; it refers to the kernel as "self".
-        name: Taichi's own name of the kernel, which does not have the class.
-    """
-    try:
-        held = dict(zip(build.__code__.co_freevars, build.__closure__, strict=True))
-        return held["self"].cell_contents.func.__qualname__
-    except (AttributeError, KeyError, TypeError, ValueError):
-        return _NUMBERS.sub("", name)

@@ -1,9 +1,9 @@
 """The names of Taichi 1.7 that the package replaces: which, why, and what each of them gains.
 
 ``apply`` replaces them, for the whole process. ``runtime.init`` calls it, or the first scene if the program has started
-Taichi itself; an import replaces nothing. A patch is left out, with a reason that ``taichi-tracer doctor`` shows, if
-Taichi's version is another one, or if one of its names is missing or has other parameters than are expected. The
-environment variable ``TAICHI_TRACER_PATCHES`` names those that are wanted: ``none``, ``all``, or a list with commas.
+Taichi itself; an import replaces nothing. With a version of Taichi that was not tried, nothing is replaced, and
+``taichi-tracer doctor`` says so. The environment variable ``TAICHI_TRACER_PATCHES`` names those that are wanted:
+``none``, ``all``, or a list with commas.
 
 No patch changes what a kernel computes.
 """
@@ -13,7 +13,6 @@ import inspect
 import os
 import pkgutil
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
 import taichi as ti
@@ -21,9 +20,7 @@ import taichi as ti
 from taichi_tracer.system.errors import one_of
 
 VARIABLE = "TAICHI_TRACER_PATCHES"
-VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
-COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
-MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
+VERSIONS = (1, 7, 3), (1, 7, 4)  # of Taichi, with which the patches were tried
 
 
 @dataclass(frozen=True)
@@ -35,16 +32,14 @@ class Patch:
         gain: what it gains: seconds of the processor for the first picture of ``render cornell_box --estimator path
             --spp 1 --size 64x64`` with kernels that are kept, if the patches are added in this order: from 2.3 s
             without any to 1.0 s with all.
-        replaces: for each name of Taichi, as ``pkgutil.resolve_name`` takes it: the parameters that it is expected to
-            have, and the function of this folder that makes its replacement from it.
-        needs: names of Taichi that are only used.
+        replaces: for each name of Taichi, as ``pkgutil.resolve_name`` takes it, the function of this folder that makes
+            its replacement from it.
         then: a function of this folder that is called afterwards; "" is none.
     """
 
     name: str
     gain: str
-    replaces: dict[str, tuple[str, str]]
-    needs: tuple[str, ...] = ()
+    replaces: dict[str, str]
     then: str = ""
 
 
@@ -53,82 +48,70 @@ PATCHES = (
         "sources",
         "0.42 s: functions are found, read and parsed once",
         {
-            "taichi.lang.kernel_impl:getsourcefile": ("obj", "sources:kept_per_function"),
-            "taichi.lang.kernel_impl:getsourcelines": ("obj", "sources:finding_lines"),
-            "taichi.lang.kernel_impl:textwrap": (MODULE, "sources:filling"),
-            "taichi.lang.kernel_impl:ast": (MODULE, "sources:parsing"),
-            "taichi.lang.kernel_impl:transform_tree": ("tree ctx", "sources:letting_go"),
+            "taichi.lang.kernel_impl:getsourcefile": "sources:kept_per_function",
+            "taichi.lang.kernel_impl:getsourcelines": "sources:finding_lines",
+            "taichi.lang.kernel_impl:textwrap": "sources:filling",
+            "taichi.lang.kernel_impl:ast": "sources:parsing",
+            "taichi.lang.kernel_impl:transform_tree": "sources:letting_go",
         },
     ),
     Patch(
         "messages",
         "0.75 s: the places that messages show are written once",
         {
-            "taichi.lang.ast.ast_transformer_utils:ASTTransformerContext.get_pos_info": (
-                "self node",
-                "messages:describing",
-            ),
-            "taichi._lib:core.DebugInfo": (COMPILED, "messages:keeping_places"),
-            "taichi.lang.impl:get_traceback": ("stacklevel", "messages:telling_callers"),
-            "taichi.lang.matrix:get_traceback": ("stacklevel", "messages:telling_callers"),
-            "taichi.lang.snode:get_traceback": ("stacklevel", "messages:telling_callers"),
+            "taichi.lang.ast.ast_transformer_utils:ASTTransformerContext.get_pos_info": "messages:describing",
+            "taichi._lib:core.DebugInfo": "messages:keeping_places",
+            "taichi.lang.impl:get_traceback": "messages:telling_callers",
+            "taichi.lang.matrix:get_traceback": "messages:telling_callers",
+            "taichi.lang.snode:get_traceback": "messages:telling_callers",
         },
     ),
     Patch(
         "blocks",
         "0.5 s of the 2.2 s of a picture whose kernels are not kept; 0 s of one whose kernels are",
-        {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "blocks:in_blocks")},
-        needs=("taichi._lib:core.ASTBuilder.expr_alloca", "taichi.lang.impl:begin_frontend_if"),
+        {"taichi.lang.kernel_impl:Func.__call__": "blocks:in_blocks"},
     ),
     Patch(  # before "counters", which looks at what Taichi calls to build a kernel
         "arguments",
         "0.14 s, and no kernel for another mesh or size: fields are arguments of kernels, in numpy's memory",
         {
-            "taichi._lib:core.Program.create_kernel": (COMPILED, "arguments:reading"),
-            "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "arguments:setting"),
-            "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "arguments:reading_again"),
-            "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "arguments:subscripting"),
-            "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": ("ctx node", "arguments:loading"),
-            "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": (
-                "ctx node is_grouped",
-                "loops:looping",
-            ),
+            "taichi._lib:core.Program.create_kernel": "arguments:reading",
+            "taichi._lib:core.Kernel.make_launch_context": "arguments:setting",
+            "taichi.lang.kernel_impl:Kernel.ensure_compiled": "arguments:reading_again",
+            "taichi.lang.impl:subscript": "arguments:subscripting",
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": "arguments:loading",
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": "loops:looping",
         },
-        needs=(
-            "taichi._lib:core.make_external_tensor_expr",
-            "taichi._lib:core.make_arg_load_expr",
-            "taichi._lib:core.KernelLaunchContext.set_arg_external_array_with_shape",
-        ),
         then="arguments:use",
     ),
     Patch(
         "threads",
         "no time: kernels of several threads are read, translated and launched one after the other",
-        {"taichi.lang.kernel_impl:Kernel.__call__": ("self args kwargs", "kernels:one_at_a_time")},
+        {"taichi.lang.kernel_impl:Kernel.__call__": "kernels:one_at_a_time"},
     ),
     Patch(
         "counters",
         "no time: it counts the kernels and their seconds, for messages, profiles and studies",
         {
-            "taichi._lib:core.Program.create_kernel": (COMPILED, "kernels:counting_reading"),
-            "taichi._lib:core.Program.compile_kernel": (COMPILED, "kernels:counting_translating"),
+            "taichi._lib:core.Program.create_kernel": "kernels:counting_reading",
+            "taichi._lib:core.Program.compile_kernel": "kernels:counting_translating",
         },
     ),
     Patch(
         "own code",
         "no time: a mistake in a part of one's own is one line, and does not end the process",
         {
-            "taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "own_code:looking"),
-            "taichi._lib:core.Program.create_kernel": (COMPILED, "own_code:telling"),
-            "taichi.lang.common_ops:TaichiOperations.__mul__": ("self other", "own_code:multiplying"),
-            "taichi.lang.common_ops:TaichiOperations._assign": ("self other", "own_code:assigning"),
-            "taichi.lang.common_ops:TaichiOperations._augassign": ("self x op", "own_code:assigning"),
+            "taichi.lang.kernel_impl:Func.__call__": "own_code:looking",
+            "taichi._lib:core.Program.create_kernel": "own_code:telling",
+            "taichi.lang.common_ops:TaichiOperations.__mul__": "own_code:multiplying",
+            "taichi.lang.common_ops:TaichiOperations._assign": "own_code:assigning",
+            "taichi.lang.common_ops:TaichiOperations._augassign": "own_code:assigning",
         },
     ),
     Patch(
         "powers",
         "no time: a power of a power does not end the process",
-        {"taichi.lang.common_ops:TaichiOperations.__pow__": ("self other modulo", "powers:of_a_value")},
+        {"taichi.lang.common_ops:TaichiOperations.__pow__": "powers:of_a_value"},
     ),
 )
 NAMES = tuple(patch.name for patch in PATCHES)
@@ -145,10 +128,10 @@ def apply() -> dict[str, str]:
         InputError: the environment variable names a patch that there is not.
     """
     chosen = wanted(os.environ.get(VARIABLE, ""))
-    reasons = {patch.name: why_not(patch) if patch.name in chosen else f"not in {VARIABLE}" for patch in PATCHES}
+    reasons = {patch.name: why_not() if patch.name in chosen else f"not in {VARIABLE}" for patch in PATCHES}
     for patch in PATCHES:
         if not reasons[patch.name]:
-            for name, (_, maker) in patch.replaces.items():
+            for name, maker in patch.replaces.items():
                 replace(name, maker)
             if patch.then:
                 of_this_folder(patch.then)()
@@ -168,31 +151,9 @@ def wanted(text: str) -> tuple[str, ...]:
     return tuple(names)
 
 
-def why_not(patch: Patch) -> str:
-    """Why a patch does not fit the Taichi that is installed; "" if it does."""
-    if ti.__version__[: len(VERSIONS)] != VERSIONS:
-        return f"Taichi {'.'.join(map(str, ti.__version__))} was not tried"
-    try:
-        for name in patch.needs:
-            pkgutil.resolve_name(name)
-        for name, (expected, maker) in patch.replaces.items():
-            found = parameters(pkgutil.resolve_name(name))
-            if found != expected:
-                return f"{name} has the parameters ({found}), not ({expected})"
-            of_this_folder(maker)
-    except (ImportError, AttributeError) as error:
-        return str(error)
-    return ""
-
-
-def parameters(value: Any) -> str:
-    """The names of a function's parameters; ``COMPILED`` if they are not known, ``MODULE`` of a module."""
-    if isinstance(value, ModuleType):
-        return MODULE
-    try:
-        return " ".join(inspect.signature(value).parameters)
-    except ValueError:
-        return COMPILED
+def why_not() -> str:
+    """Why the patches do not fit the Taichi that is installed; "" if they do."""
+    return "" if ti.__version__ in VERSIONS else f"Taichi {'.'.join(map(str, ti.__version__))} was not tried"
 
 
 def replace(name: str, maker: str) -> None:
