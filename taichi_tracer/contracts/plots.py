@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.contracts import brdfs, samplers
-from taichi_tracer.studies.drawing import COLOURS, FONT, INK, dress, svg_of
+from taichi_tracer.files.drawing import COLOURS, FONT, INK, dress, svg_of
 
 ANGLES = (0, 30, 60, 80)  # degrees of the viewer with the normal
 POINTS = 256  # of a sampler

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from taichi_tracer.files.drawing import FONT, INK, svg_of
 from taichi_tracer.files.images import encode_png
-from taichi_tracer.studies.drawing import FONT, INK, svg_of
 from taichi_tracer.tones.display import Display
 
 RAY, LIGHT, SURFACE, LOBE = "#2f7fc1", "#d9820b", "#8a97a5", "#2f9e5b"

@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files import page
+from taichi_tracer.files import drawing, page
 from taichi_tracer.files.disk import replace_file
+from taichi_tracer.files.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.picture.error_estimate import percent
-from taichi_tracer.studies import drawing
 from taichi_tracer.studies.columns import in_columns
-from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
 from taichi_tracer.tones.heat import heat
 

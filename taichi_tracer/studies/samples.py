@@ -15,13 +15,13 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.files.drawing import COLOURS, png_of
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.columns import in_columns
-from taichi_tracer.studies.drawing import COLOURS, png_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
