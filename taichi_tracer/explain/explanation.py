@@ -244,10 +244,8 @@ def lines_of_term(term: Term) -> list[str]:
 
 def term_as_data(term: Term) -> dict[str, Any]:
     """The term as JSON has it."""
-    data: dict[str, Any] = {"surface": term.surface, "how": term.how, "value": as_json(term.value)}
-    for name in ("numbers", "factors"):
-        data[name] = {key: as_json(value) for key, value in getattr(term, name).items()}
-    return data | ({"verdict": term.why} if term.why else {})
+    numbers = {"value": term.value, "numbers": term.numbers, "factors": term.factors}
+    return {"surface": term.surface, "how": term.how, "verdict": term.why} | as_json(numbers)
 
 
 def terms_as_html(terms: Sequence[Term]) -> str:

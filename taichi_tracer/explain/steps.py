@@ -35,14 +35,8 @@ class Step:
 
     def as_data(self) -> dict[str, Any]:
         """The step as JSON has it."""
-        data: dict[str, Any] = {"step": self.name}
-        if self.values:
-            data["values"] = {name: as_json(value) for name, value in self.values.items()}
-        if self.verdict:
-            data["verdict"] = self.verdict
-        if self.steps:
-            data["steps"] = [step.as_data() for step in self.steps]
-        return data
+        steps = [step.as_data() for step in self.steps]
+        return {"step": self.name, "values": as_json(self.values), "verdict": self.verdict, "steps": steps}
 
     def find(self, name: str) -> list["Step"]:
         """All steps of this name within it, in order."""
@@ -143,7 +137,9 @@ def short_text(value: Any) -> str:
 
 
 def as_json(value: Any) -> Any:
-    """A number or an array, as JSON allows it."""
+    """A number, an array, or several of them by their names, as JSON allows it."""
+    if isinstance(value, dict):
+        return {name: as_json(one) for name, one in value.items()}
     if np.ndim(value) > 0:
         return [as_json(one) for one in value]
     one = float(value)

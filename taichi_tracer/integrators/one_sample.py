@@ -29,7 +29,6 @@ class OneSampleMis(DirectLight):
     name, label, aliases = "mis_one_sample", "MIS, one sample", ()
     weights = tuple(usual_values(WEIGHTS).values())
     _numbers: LiveNumbers | None = None
-    _changes = 0
 
     def prepare(self, scene, camera) -> None:
         """Give kernels the weights."""
@@ -46,11 +45,6 @@ class OneSampleMis(DirectLight):
         p_light = self._numbers.get(0)  # type: ignore[union-attr]
         return p_light if which == 0 else 1 - p_light
 
-    @property
-    def version(self) -> int:  # type: ignore[override]
-        """Counts the changes of ``weights``."""
-        return self._changes
-
     def set_weights(self, light: float, brdf: float) -> None:
         """Change ``weights``.
 
@@ -60,7 +54,7 @@ class OneSampleMis(DirectLight):
         check(mis_plight=light, mis_pbrdf=brdf)
         if (light, brdf) != self.weights:
             self.weights = light, brdf
-            self._changes += 1
+            self.version += 1
             if self._numbers is not None and not self._numbers.is_over():
                 self._numbers.set(self.p_light)
 

@@ -110,11 +110,6 @@ class Lamps(Light):
         return light
 
     @ti.func
-    def radiance(self, ray, hit):
-        """Radiance of what the ray hit."""
-        return self.emitted(hit)
-
-    @ti.func
     def sample_from(self, x, n, xi):
         """(w_i, distance, radiance, pdf) of a direction from the point x with the normal n to a point on a lamp.
 

@@ -10,6 +10,7 @@ import contextlib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from time import perf_counter, thread_time
 from typing import Any, Protocol
 
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
@@ -70,30 +71,25 @@ def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
 
 
 @contextlib.contextmanager
-def watched(made: Any) -> Iterator[None]:
-    """Tell the watchers of a kernel that is translated within this context; of a launch that needs nothing, not."""
-    kernel = _by_id.get(id(made))
+def translating(made: Any) -> Iterator[None]:
+    """The context in which Taichi translates or loads a kernel; nothing happens where it is only launched again.
+
+    Args:
+        made: Taichi's object of the kernel.
+    """
+    kernel = _by_id.pop(id(made), None)
     if kernel is None:
         yield
         return
     for watcher in watchers:
         watcher.begins(kernel)
+    start, processor = perf_counter(), thread_time()
     try:
         yield
     finally:
+        kernel.translating, kernel.processor = perf_counter() - start, thread_time() - processor
         for watcher in watchers:
             watcher.ends()
-
-
-def note_translating(made: Any, seconds: float, processor: float) -> None:
-    """Taichi has translated or loaded a kernel; or a kernel was launched again, which takes microseconds.
-
-    Args:
-        made: Taichi's object of the kernel. seconds: that it took. processor: the same in seconds of the processor.
-    """
-    kernel = _by_id.pop(id(made), None)
-    if kernel is not None:
-        kernel.translating, kernel.processor = seconds, processor
 
 
 def seconds_spent() -> float:

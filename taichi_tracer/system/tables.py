@@ -69,15 +69,12 @@ class Tables:
     """Fields and the arrays for them."""
 
     def __init__(self) -> None:
-        self.tables: list[Table] = []
+        self.tables: dict[int, Table] = {}  # id of the field → its table
 
     def put(self, field: Any, array: np.ndarray) -> None:
         """Let ``load`` copy an array into a field, in place of an earlier array of the same shape for this field."""
-        numbers = [table.number for table in self.tables if table.field is field]
-        if numbers:
-            self.tables[numbers[0]] = Table(field, array, numbers[0])
-        else:
-            self.tables.append(Table(field, array, len(self.tables)))
+        number = self.tables[id(field)].number if id(field) in self.tables else len(self.tables)
+        self.tables[id(field)] = Table(field, array, number)
 
     def load(self, memory: Memory) -> None:
         """Copy all arrays into their fields.
@@ -86,7 +83,7 @@ class Tables:
             memory: of the fields, which were allocated.
         """
         if memory.has_arrays:
-            for table in self.tables:
+            for table in self.tables.values():
                 rows = slice(len(table.array)) if table.field.shape else ...
                 memory.array(table.field)[rows] = table.array
         else:
@@ -101,7 +98,7 @@ class Tables:
         places: list[int] = []
         parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
         sizes = {False: 1, True: 1}
-        for table in self.tables:
+        for table in self.tables.values():
             array, is_whole = table.array.reshape(-1), table.is_whole or table.is_wide
             if table.is_wide:
                 array = array.astype("<f8").view("<i4")
@@ -121,10 +118,10 @@ class Tables:
     ):
         ti.loop_config(serialize=True)
         for _ in range(1):  # all small tables are inside this loop, so that Taichi translates them as one piece
-            for table in ti.static([table for table in self.tables if not table.is_large]):
+            for table in ti.static([table for table in self.tables.values() if not table.is_large]):
                 for i in range(places[2 * table.number + 1]):
                     self.put_cell(table, numbers, integers, places[2 * table.number], i)
-        for table in ti.static([table for table in self.tables if table.is_large]):
+        for table in ti.static([table for table in self.tables.values() if table.is_large]):
             for i in range(places[2 * table.number + 1]):
                 self.put_cell(table, numbers, integers, places[2 * table.number], i)
 

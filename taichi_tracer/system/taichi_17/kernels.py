@@ -7,7 +7,7 @@ was translated before; Taichi asks it at each launch.
 import functools
 import re
 from collections.abc import Callable
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import Any
 
 import taichi as ti
@@ -42,9 +42,8 @@ def counting_translating(compile_it: Callable) -> Callable:
 
     @functools.wraps(compile_it)
     def compiled(*words: Any) -> Any:
-        start, processor = perf_counter(), thread_time()
         try:
-            with stage(KERNELS_MADE), compiling.watched(words[-1]):
+            with stage(KERNELS_MADE), compiling.translating(words[-1]):
                 return compile_it(*words)
         except RuntimeError as error:
             arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program
@@ -52,7 +51,5 @@ def counting_translating(compile_it: Callable) -> Callable:
                 raise
             lines = str(error).strip().splitlines() or [type(error).__name__]
             raise CannotCompileError(f"{arch.name} cannot compile a kernel ({lines[0]})") from error
-        finally:
-            compiling.note_translating(words[-1], perf_counter() - start, thread_time() - processor)
 
     return compiled
