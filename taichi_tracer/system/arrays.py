@@ -146,9 +146,6 @@ class ArrayField(Field):
     def _snode(self) -> Any:
         return SimpleNamespace(shape=self.numbers().shape[: len(self.constant)], _dtype=self.kind, _name="", ptr=self)
 
-    def _loop_range(self) -> Any:
-        return self
-
     def _initialize_host_accessors(self) -> None:
         if not self.host_accessors:
             self.host_accessors = [Accessor(self.numbers(), place) for place in np.ndindex(*self.own)]

@@ -36,15 +36,6 @@ def loop(context: Any, node: Any, argument: Argument, is_grouped: bool) -> None:
     if len(targets) != (1 if is_grouped else len(of.constant)):
         raise ti.TaichiSyntaxError(f"a loop over a field with {len(of.constant)} axes has {len(targets)} variables")
     counts = [argument.count(axis) for axis in range(len(of.constant))]
-    count_over(context, node, targets, counts, [0] * len(counts), is_grouped)
-
-
-def count_over(context: Any, node: Any, targets: list[str], counts: list, lows: list, is_grouped: bool) -> None:
-    """Build a loop over all indices: over their number, from which the indices are computed.
-
-    Args:
-        counts: how many there are along each axis. lows: the first of them.
-    """
     builder = context.ast_builder
     with context.variable_scope_guard():
         number = Expr(builder.make_id_expr(""))
@@ -57,7 +48,7 @@ def count_over(context: Any, node: Any, targets: list[str], counts: list, lows: 
             above = impl.expr_init(ti.raw_div(rest, count))
             indices.insert(0, rest - above * count)
             rest = above
-        indices = [impl.expr_init(low + index) for low, index in zip(lows, [rest, *indices], strict=True)]
+        indices = [impl.expr_init(index) for index in [rest, *indices]]
         if is_grouped:
             context.create_variable(targets[0], matrix.make_matrix(indices, dt=ti.i32))
         else:
