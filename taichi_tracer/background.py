@@ -10,10 +10,11 @@ import numpy as np
 import taichi as ti
 from numpy.typing import ArrayLike
 
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.tables import Tables
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order in the scene files
 

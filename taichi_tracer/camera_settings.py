@@ -10,17 +10,18 @@ import taichi.math as tm
 from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.attributes import AbstractAnnotation, KnownAttributes
+from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import element, runs_in_kernels
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
-from taichi_tracer.system.overrides import replaced
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.system.own_code.source import fault
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.parts.attributes import AbstractAnnotation, KnownAttributes
+from taichi_tracer.system.parts.overrides import replaced
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.system.types import Numbers
-from taichi_tracer.system.varying import varying
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -12,16 +12,17 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.attributes import KnownAttributes
+from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import element
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.attributes import KnownAttributes
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.system.threads import inside_kernel
-from taichi_tracer.system.varying import varying
 
 LOOKUPS = ("nearest", "bilinear")
 

@@ -10,12 +10,12 @@ from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
-from taichi_tracer.system.attributes import Spelled
 from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, printable
-from taichi_tracer.system.overrides import replaced
-from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.parts.attributes import Spelled
+from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.system.parts.registry import PARTS
 
 COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
 TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a material that are textures

@@ -19,8 +19,8 @@ from taichi_tracer.renderer_parts import RendererParts
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.overrides import adapt_signature, call_with_known_args, overridable
 from taichi_tracer.system.own_code.rules import note_change, values_of
+from taichi_tracer.system.parts.overrides import adapt_signature, call_with_known_args, overridable
 from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.fields.lru import ArrayPool
 from taichi_tracer.system.formatting import digits, digits_of
-from taichi_tracer.system.lru import ArrayPool
 from taichi_tracer.system.threads import one_at_a_time
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it

@@ -21,8 +21,8 @@ from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.overrides import call_with_known_args, overridable
-from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
+from taichi_tracer.system.parts.registry import PARTS, register
 from taichi_tracer.system.threads import inside_kernel
 
 if TYPE_CHECKING:

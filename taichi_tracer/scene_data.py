@@ -34,12 +34,13 @@ from taichi_tracer.options import (
     with_options,
 )
 from taichi_tracer.ray import RayQueries
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.attributes import KnownAttributes
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.lru import ArrayPool, Lru
-from taichi_tracer.system.overrides import replaced, why_replaced
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.lru import ArrayPool, Lru
+from taichi_tracer.system.parts.attributes import KnownAttributes
+from taichi_tracer.system.parts.overrides import replaced, why_replaced
+from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures

@@ -27,7 +27,7 @@ import taichi_tracer as tt
 from taichi_tracer.environment import checked
 from taichi_tracer.files import read
 from taichi_tracer.files.images import DECODERS, ENCODERS, read_image
-from taichi_tracer.files.mtl import read_mtl
+from taichi_tracer.files.readers.mtl import read_mtl
 from taichi_tracer.geometry import check, clean
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display

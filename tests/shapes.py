@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from taichi_tracer.contracts.shapes import SQUARE as SQUARE
-from taichi_tracer.contracts.shapes import lattice as lattice
-from taichi_tracer.contracts.shapes import soup as soup
-from taichi_tracer.contracts.shapes import sphere as sphere
+from taichi_tracer.contracts.lab import SQUARE as SQUARE
+from taichi_tracer.contracts.lab import lattice as lattice
+from taichi_tracer.contracts.lab import soup as soup
+from taichi_tracer.contracts.lab import sphere as sphere
 from taichi_tracer.geometry import Mesh
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from taichi_tracer.system import arrays, runtime
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import arrays
 
 ARCH = os.environ.get("TAICHI_TRACER_TESTS_ARCH", "cpu")  # of contract tests and of the course's scripts
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"

@@ -12,7 +12,8 @@ from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
 
 SHIPPED = (Diffuse(), Phong(), Mirror(), Microfacet())
 

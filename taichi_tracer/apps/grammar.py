@@ -77,7 +77,7 @@ def load(target: str) -> Callable:
 def load_parts(paths: Sequence[str]) -> None:
     """Run the files of ``--parts``, once, before any name is looked up."""
     if paths:
-        from taichi_tracer.system import registry
+        from taichi_tracer.system.parts import registry
 
         for path in paths:
             registry.load_parts(path)

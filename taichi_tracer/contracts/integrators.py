@@ -14,7 +14,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.contracts.cameras import rays
 from taichi_tracer.contracts.intersectors import all_primitives
-from taichi_tracer.contracts.shapes import SQUARE
+from taichi_tracer.contracts.lab import SQUARE
 from taichi_tracer.contracts.statistics import ALPHA, check_range, largest_z
 from taichi_tracer.geometry import Mesh
 

@@ -10,9 +10,9 @@ from taichi_tracer.integrators.modes import Mode
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import memory
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.fields import memory
 
 
 @ti.data_oriented

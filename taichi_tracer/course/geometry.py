@@ -9,9 +9,9 @@ import taichi.math as tm
 from taichi_tracer.environment import Environment
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.system import memory
 from taichi_tracer.system.course_fields import held
-from taichi_tracer.system.overrides import call_with_known_args
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.parts.overrides import call_with_known_args
 from taichi_tracer.system.threads import inside_kernel
 
 

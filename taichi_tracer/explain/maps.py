@@ -20,11 +20,11 @@ from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
-from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.lru import Lru
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.lru import Lru
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import PARTS, register
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display

@@ -28,7 +28,7 @@ def read(path: str | Path) -> Mesh:
     if extension not in EXTENSIONS:
         raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}")
     if extension == ".obj":
-        from taichi_tracer.files.obj import read_obj
+        from taichi_tracer.files.readers.obj import read_obj
 
         return read_obj(path)
     return meshes.read_mesh(path)

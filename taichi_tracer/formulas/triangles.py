@@ -13,8 +13,8 @@ import taichi.math as tm
 
 from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.system import runtime
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import register
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import register
 
 
 @ti.data_oriented

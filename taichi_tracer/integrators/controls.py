@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import taichi as ti
 
-from taichi_tracer.system import memory
+from taichi_tracer.system.fields import memory
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import taichi.math as tm
 from taichi_tracer.integrators.base import View
 from taichi_tracer.integrators.controls import LiveNumbers
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.registry import register
+from taichi_tracer.system.parts.registry import register
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.tones.heat import round_up
 

@@ -14,10 +14,10 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors import bvh_build
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system import memory
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import register
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import register
 
 STACK_STEP = 64  # the stack has a multiple of this length, so that most meshes need no other kernel
 

@@ -15,9 +15,10 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.parts.overrides import overridable
 
 MOST_PARTS = 64  # of an object whose boxes are transformed to find the box of a place: more parts make it tighter
 FEW_CORNERS = 1_000_000  # that are transformed at once

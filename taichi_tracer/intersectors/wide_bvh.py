@@ -31,12 +31,13 @@ from taichi_tracer.intersectors.leaf_blocks import (
 )
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import register
-from taichi_tracer.system.tables import Tables
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import register
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 # Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.

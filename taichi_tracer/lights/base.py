@@ -8,8 +8,8 @@ whether something blocks the light.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.attributes import KnownAttributes
-from taichi_tracer.system.overrides import overridable
+from taichi_tracer.system.parts.attributes import KnownAttributes
+from taichi_tracer.system.parts.overrides import overridable
 
 
 @ti.data_oriented

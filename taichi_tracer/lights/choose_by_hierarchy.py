@@ -14,10 +14,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import register
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import register
 
 
 @dataclass

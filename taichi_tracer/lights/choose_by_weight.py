@@ -4,12 +4,13 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.overrides import overridable
-from taichi_tracer.system.registry import register
-from taichi_tracer.system.tables import Tables
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts.registry import register
 
 CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 

@@ -23,9 +23,10 @@ from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.overrides import overridable, replaced
-from taichi_tracer.system.tables import Tables
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.parts.overrides import overridable, replaced
 
 EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
 

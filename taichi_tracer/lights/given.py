@@ -6,8 +6,8 @@ import numpy as np
 
 from taichi_tracer.lights.base import Light
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.system.types import Numbers
-from taichi_tracer.system.varying import varying
 
 
 class GivenLight(Light):

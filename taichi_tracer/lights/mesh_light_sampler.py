@@ -8,10 +8,10 @@ from taichi_tracer.formulas.area_lights import uniform_triangle
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.overrides import call_with_known_args, overridable
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
 
 
 @ti.data_oriented

@@ -17,9 +17,10 @@ from taichi_tracer.picture.error_estimate import (
     relative_error,
 )
 from taichi_tracer.picture.non_finite import NonFiniteSamples
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.unseen_light import UnseenLight
 

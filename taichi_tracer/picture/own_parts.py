@@ -11,8 +11,8 @@ import numpy as np
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import NotFiniteWarning
-from taichi_tracer.system.overrides import replaced
 from taichi_tracer.system.own_code.interface import is_packages
+from taichi_tracer.system.parts.overrides import replaced
 
 FEW_PIXELS = 10  # across the scene, that the rounding of a distance must leave
 SIDE = 8  # rays of a camera that are looked at, along each axis

@@ -14,7 +14,7 @@ from xml.parsers import expat
 import numpy as np
 
 from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.files.text import number
+from taichi_tracer.files.readers.text import number
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
 MOST_BYTES = 1 << 26  # of a document with everything that it includes: larger meshes belong in their own files

@@ -8,7 +8,7 @@ from taichi_tracer.sampler import Sampler
 
 @ti.data_oriented
 class PointSampler(Sampler):
-    """A sampler whose pairs are the two numbers of a method ``point``, with which ``fast.pixel_lanes`` makes many."""
+    """A sampler whose pairs are the two numbers of a method ``point``."""
 
     @ti.func
     def get_2d(self, seed, pixel, index, dimension):

@@ -17,7 +17,8 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, renderer_of
-from taichi_tracer.system import compiling, registry
+from taichi_tracer.system import compiling
+from taichi_tracer.system.parts import registry
 
 
 class Shot(NamedTuple):

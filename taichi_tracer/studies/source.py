@@ -13,8 +13,8 @@ from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.overrides import assigned
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.parts.overrides import assigned
+from taichi_tracer.system.parts.registry import PARTS
 
 LIGHT = "studio"  # what lights a scene that has no light of its own
 NO_LIGHT = "none"  # the name for no environment, as on the command line

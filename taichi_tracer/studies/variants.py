@@ -11,7 +11,7 @@ from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.parts.registry import PARTS
 
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
 REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise

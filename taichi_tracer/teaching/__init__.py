@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from taichi_tracer.teaching.stubs import not_written as not_written
+    from taichi_tracer.teaching.handout.stubs import not_written as not_written
 
 
 def __getattr__(name: str):
     """``not_written`` when it is first used: the processes of the grader import this package before Taichi."""
     if name != "not_written":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from taichi_tracer.teaching.stubs import not_written
+    from taichi_tracer.teaching.handout.stubs import not_written
 
     return not_written
 

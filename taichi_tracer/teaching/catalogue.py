@@ -19,7 +19,7 @@ from typing import Any
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.teaching.base import Assignment, by_part, check_parts
-from taichi_tracer.teaching.sealed import facts_of, is_sealed
+from taichi_tracer.teaching.handout.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
 

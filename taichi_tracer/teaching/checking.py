@@ -14,7 +14,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
-from taichi_tracer.teaching.export import RECORD
+from taichi_tracer.teaching.handout.export import RECORD
 from taichi_tracer.teaching.mistakes import find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of

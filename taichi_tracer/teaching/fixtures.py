@@ -16,7 +16,8 @@ import taichi_tracer as tt
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
-from taichi_tracer.teaching.descriptions import describe
+from taichi_tracer.teaching.handout import sealed
+from taichi_tracer.teaching.handout.descriptions import describe
+from taichi_tracer.teaching.handout.strip_solution import solved
 from taichi_tracer.teaching.judges import agree
 from taichi_tracer.teaching.running import answer
-from taichi_tracer.teaching.strip_solution import solved
 from taichi_tracer.teaching.student_import import OK, Loaded, load_classes, solution_of
 
 

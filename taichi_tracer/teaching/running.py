@@ -21,9 +21,9 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
-from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
-from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark
+from taichi_tracer.teaching.handout import sealed
+from taichi_tracer.teaching.handout.stubs import is_placeholder, is_stub, line_of_mark
 from taichi_tracer.teaching.student_import import OK, Loaded, crash, solution_of
 
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``

@@ -14,7 +14,7 @@ from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching.base import CRASHED, MISSING, Assignment, Part, PartResult
-from taichi_tracer.teaching.stubs import is_stub
+from taichi_tracer.teaching.handout.stubs import is_stub
 
 OK = "ok"
 KIT = "taichi_tracer.teaching"

@@ -22,13 +22,13 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.environment import Environment
-from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.lru import Lru
-from taichi_tracer.system.observed import observed, observed_scene
-from taichi_tracer.system.overrides import replaced
-from taichi_tracer.system.tables import Tables
-from taichi_tracer.system.varying import varying
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.lru import Lru
+from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.observed import observed, observed_scene
+from taichi_tracer.system.parts.overrides import replaced
 from taichi_tracer.unseen.narrow_lobes import is_like_mirror
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it

@@ -34,11 +34,11 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
-from taichi_tracer.system import memory
-from taichi_tracer.system.observed import observed
-from taichi_tracer.system.overrides import unfinished
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.parts.observed import observed
+from taichi_tracer.system.parts.overrides import unfinished
 from taichi_tracer.system.some_pixels import SomePixels
-from taichi_tracer.system.varying import varying
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
 from taichi_tracer.unseen.near_misses import counter_for
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected

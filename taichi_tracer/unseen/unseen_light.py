@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.lru import Lru
+from taichi_tracer.system.fields.lru import Lru
 from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.caustics import caustics, has_caustics
 from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors

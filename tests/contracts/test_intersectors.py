@@ -4,7 +4,7 @@ import pytest
 from support import start
 
 from taichi_tracer.contracts import intersectors
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.parts.registry import PARTS
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_tracer.files.images import save_image
-from taichi_tracer.files.mtl import find_library, read_mtl
+from taichi_tracer.files.readers.mtl import find_library, read_mtl
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 

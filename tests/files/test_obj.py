@@ -10,7 +10,7 @@ from oracles import tiny_obj
 from support import data_file
 
 from taichi_tracer.files import read
-from taichi_tracer.files.obj import read_obj
+from taichi_tracer.files.readers.obj import read_obj
 from taichi_tracer.geometry import clean
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import fan
@@ -166,7 +166,7 @@ def test_random_files_agree_with_the_oracle(tmp_path, text):
     (tmp_path / "m.mtl").write_text("".join(f"newmtl {name}\n" for name in NAMES))
     (tmp_path / "mesh.obj").write_text(text)
     with pytest.MonkeyPatch.context() as patch:  # the oracle knows fans only
-        patch.setattr("taichi_tracer.files.obj.triangulate", lambda points, sizes, ids: fan(sizes))
+        patch.setattr("taichi_tracer.files.readers.obj.triangulate", lambda points, sizes, ids: fan(sizes))
         check_against_oracle(tmp_path / "mesh.obj")
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_tracer.files.text import decode, number, numbered_lines, read_text
+from taichi_tracer.files.readers.text import decode, number, numbered_lines, read_text
 from taichi_tracer.system.errors import InputError
 
 

@@ -7,7 +7,7 @@ import taichi.math as tm
 from support import needs_arrays, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import memory
+from taichi_tracer.system.fields import memory
 
 
 @ti.dataclass

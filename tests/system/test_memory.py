@@ -9,7 +9,7 @@ import taichi as ti
 from support import start, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import arrays, memory
+from taichi_tracer.system.fields import arrays, memory
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import taichi.math as tm
 from probe import ask, put
 
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.overrides import (
+from taichi_tracer.system.parts.overrides import (
     adapt_signature,
     assigned,
     call_with_known_args,

@@ -9,7 +9,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.integrators.base import Integrator, View
 from taichi_tracer.samplers.sobol import SobolSampler
-from taichi_tracer.system.registry import PARTS, load_parts
+from taichi_tracer.system.parts.registry import PARTS, load_parts
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.checking import check_folder
-from taichi_tracer.teaching.export import write_folder
+from taichi_tracer.teaching.handout.export import write_folder
 from taichi_tracer.teaching.html_boxes import lines_of, lines_of_findings
 
 pytestmark = pytest.mark.usefixtures("own_cache")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from taichi_tracer.teaching.descriptions import describe
+from taichi_tracer.teaching.handout.descriptions import describe
 
 RNG = np.random.default_rng(4)
 RIGHT = RNG.normal(size=(50, 3))

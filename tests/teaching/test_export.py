@@ -10,7 +10,7 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN
-from taichi_tracer.teaching.export import write_folder, write_notebook
+from taichi_tracer.teaching.handout.export import write_folder, write_notebook
 from taichi_tracer.teaching.running import answer
 from taichi_tracer.teaching.student_import import load_submission, solution_of
 

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.export import write_notebook
+from taichi_tracer.teaching.handout.export import write_notebook
 
 BLOCK = re.compile(r"^( *)### BEGIN SOLUTION\n.*?^ *### END SOLUTION\n", re.DOTALL | re.MULTILINE)
 HIDDEN = re.compile(r"^### BEGIN HIDDEN TESTS\n.*?^### END HIDDEN TESTS\n", re.DOTALL | re.MULTILINE)

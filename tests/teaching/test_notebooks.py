@@ -7,7 +7,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.export import write_notebook
+from taichi_tracer.teaching.handout.export import write_notebook
 
 ONE_LONG = [
     pytest.param("rt3", marks=pytest.mark.slow),

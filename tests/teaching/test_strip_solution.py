@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.strip_solution import stub_of
+from taichi_tracer.teaching.handout.strip_solution import stub_of
 
 SOURCE = '''"""A file."""
 

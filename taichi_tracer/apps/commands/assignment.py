@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
 def write(args: Namespace) -> int:
     """Write a student's folder, or notebook."""
     from taichi_tracer.teaching import catalogue
-    from taichi_tracer.teaching.export import write_folder, write_notebook
+    from taichi_tracer.teaching.handout.export import write_folder, write_notebook
 
     assignment = catalogue.load(args.assignment)
     if args.notebook or args.nbgrader or args.otter:

@@ -15,7 +15,7 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.registry import class_name, load_parts
+from taichi_tracer.system.parts.registry import class_name, load_parts
 
 RIGHT, WRONG = 0, 1  # exit codes
 

@@ -27,7 +27,7 @@ from taichi_tracer.studies.hard.view_cases import (
     ExtremeCameras,
     ImpossibleCameras,
 )
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.parts.registry import PARTS
 
 LARGE = (*path_cases.LARGE, *instance_cases.LARGE)
 

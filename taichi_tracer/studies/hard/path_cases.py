@@ -14,7 +14,7 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import RendererCase, scene_without_warnings
 from taichi_tracer.studies.hard.meshes import box, join, separate, sphere
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.parts.registry import PARTS
 
 WAYS = ("implicit", "explicit", "path")
 DEVIATIONS = 8  # that the mean of a pixel may be off by: far from a normal distribution, single samples are very bright

@@ -18,8 +18,9 @@ from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
-from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system import runtime
+from taichi_tracer.system.fields import memory
+from taichi_tracer.system.parts.registry import PARTS
 
 LENGTH_ERROR = 16  # ε: what the length of a direction, or the weight of a white surface, may be off by
 MOST_ENERGY = 1.01  # of what a white surface receives: as much may be reflected, and the rounding of many sums is less

@@ -21,9 +21,9 @@ from taichi.lang.exception import TaichiIndexError
 from taichi.lang.expr import Expr, make_expr_group
 from taichi.lang.struct import StructField, _IntermediateStruct
 
-from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
-from taichi_tracer.system.varying import KINDS, VaryingInt
+from taichi_tracer.system.fields import arrays
+from taichi_tracer.system.fields.varying import KINDS, VaryingInt
 
 FIELDS = (arrays.ScalarArray, arrays.MatrixArray)
 AXES = 1  # of each argument: the index is computed here

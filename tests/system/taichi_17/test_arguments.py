@@ -12,7 +12,8 @@ import taichi.math as tm
 from support import needs_arrays, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import cache, memory
+from taichi_tracer.system import cache
+from taichi_tracer.system.fields import memory
 
 ROWS, COLUMNS = 5, 3
 
@@ -184,7 +185,7 @@ import sys
 import numpy as np
 import taichi as ti
 import taichi_tracer as tt
-from taichi_tracer.system import memory
+from taichi_tracer.system.fields import memory
 
 @ti.data_oriented
 class Picture:

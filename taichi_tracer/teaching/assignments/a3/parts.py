@@ -3,8 +3,8 @@
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.fields import memory
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method, optional

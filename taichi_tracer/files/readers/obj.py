@@ -12,9 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.mtl import find_library, read_mtl
+from taichi_tracer.files.readers.mtl import find_library, read_mtl
+from taichi_tracer.files.readers.text import (
+    SPACES,
+    KeywordLines,
+    Lines,
+    all_numbers,
+    name_in,
+    number,
+    read_text,
+    shapes,
+)
 from taichi_tracer.files.srgb import linear_from_srgb
-from taichi_tracer.files.text import SPACES, KeywordLines, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import triangulate

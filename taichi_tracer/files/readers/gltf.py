@@ -17,7 +17,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 
 from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.files.gltf_materials import (
+from taichi_tracer.files.readers.gltf_materials import (
     COLOUR,
     LAYER,
     LIGHTS,

@@ -23,7 +23,7 @@ from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.overrides import assigned, check_part, replaced, unfinished
+from taichi_tracer.system.parts.overrides import assigned, check_part, replaced, unfinished
 from taichi_tracer.system.threads import one_at_a_time
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
@@ -43,7 +43,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
 
 
 Part = TypeVar("Part")
-PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # how the names of the package's own files begin
+PACKAGE = f"{Path(__file__).resolve().parents[2]}{os.sep}"  # how the names of the package's own files begin
 
 
 class Registry:

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from taichi.lang import impl
 from taichi.lang.util import to_numpy_type
 
-from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import InputError, StaleSceneError
+from taichi_tracer.system.fields import arrays
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 from taichi_tracer.system.threads import is_starter
 

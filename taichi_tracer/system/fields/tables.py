@@ -11,7 +11,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.memory import Memory
+from taichi_tracer.system.fields.memory import Memory
 
 # Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
 MANY_CELLS = 1 << 18

@@ -9,7 +9,7 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_is_file
 from taichi_tracer.files.images import read_image, read_opacity
-from taichi_tracer.files.text import name_in, names_in, number, numbered_lines, read_text
+from taichi_tracer.files.readers.text import name_in, names_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
 from taichi_tracer.textures import Texture

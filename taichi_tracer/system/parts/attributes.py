@@ -19,7 +19,7 @@ import taichi as ti
 from taichi_tracer.system.errors import InputError, no_argument
 
 OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
-PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # files of it that run under another name, too
+PACKAGE = f"{Path(__file__).resolve().parents[2]}{os.sep}"  # files of it that run under another name, too
 
 
 class KnownAttributes:

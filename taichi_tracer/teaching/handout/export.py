@@ -8,8 +8,8 @@ from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.sealed import seal
-from taichi_tracer.teaching.strip_solution import for_otter, solved, stub_of
+from taichi_tracer.teaching.handout.sealed import seal
+from taichi_tracer.teaching.handout.strip_solution import for_otter, solved, stub_of
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
 CHECKS = "checks"  # the folder with the answers of a solution that is not handed out
@@ -67,7 +67,7 @@ def write_notebook(
     text = (assignment.folder / "README.md").read_text(encoding="utf-8")
     texts = sources(assignment, grader or ("solved" if is_solved else "stub"))
     try:
-        from taichi_tracer.teaching.notebooks import notebook
+        from taichi_tracer.teaching.handout.notebooks import notebook
     except ImportError:
         raise InputError("a notebook needs nbformat: pip install 'taichi_tracer[notebook]'") from None
     content = notebook(assignment, word, texts, text, seed, grader)
