@@ -16,7 +16,8 @@ from taichi_tracer.files import read
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, own_view
 
-mitsuba_scenes = pytest.importorskip("benchmarks.mitsuba_scenes", reason="Mitsuba is not installed")
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+mitsuba_scenes = pytest.importorskip("benchmarks.mitsuba_scenes")
 
 VARIANT = "scalar_rgb"
 BLOCK, RENDERS, ROWS = 8, 8, 128
