@@ -358,7 +358,7 @@ def off_ground(mesh: Mesh) -> Mesh:
 
 
 def points_to_show(mesh: Mesh) -> np.ndarray:
-    """(n, 3) float64: points that a camera should show to show everything, see ``geometry.visible_points``."""
+    """(n, 3) float64: points that a camera should show to show everything, see ``meshes.parts.visible_points``."""
     if mesh.placed is None:
         return visible_points(mesh)
     objects = [visible_points(mesh.placed.object(mesh, k)) for k in range(len(mesh.placed.faces) - 1)]

@@ -93,7 +93,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
     first = ""  # the integrator with which it begins; the first that it offers if there is no name
     jitters = False  # whether its pictures consist of random samples by default
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
-    value_names: tuple[str, ...] = ()  # which of ``values.VALUES`` it has
+    value_names: tuple[str, ...] = ()  # which of ``settings.OPTIONS`` it has as values
     scale: Scale | None = None  # what the colours mean, if they show numbers
 
     @one_at_a_time

@@ -1,4 +1,4 @@
-"""What the package's sequences have in common: their numbers can be computed for several pixels at once."""
+"""What the package's sequences have in common: a method ``point`` gives both numbers of a pair."""
 
 import taichi as ti
 import taichi.math as tm

@@ -21,8 +21,7 @@ from taichi.lang.struct import Struct
 
 PACKAGE = "taichi_tracer."
 # Functions in files that students read, which are long and are called where much else follows → how many numbers and
-# vectors a result has at most. With each of them, the kernel of some picture compiles in less time: see
-# tests/.../test_blocks.py.
+# vectors a result has at most. With each of them, the kernel of some picture compiles in less time.
 LONG = {
     "PointSampler.get_2d": 1,
     "FarLights.sample": 4,
