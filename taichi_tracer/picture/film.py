@@ -300,7 +300,7 @@ class Film:
         pixel, or if the picture is black.
 
         Args:
-            missed: the RMSE, in the unit of the picture, by what only another technique finds: ``unseen.technique_check``.
+            missed: the RMSE, in the unit of the picture, by what only another technique finds: ``technique_check``.
         """
         image = self.image()
         mean = float(self.own_pixels(image).mean())

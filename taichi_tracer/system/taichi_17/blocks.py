@@ -5,9 +5,9 @@ whole block of the assignment, and in the blocks around it. Therefore the time i
 statements and of the number of those that stand in the blocks around them, and a long calculation is expensive where
 much else follows in the same block, or in blocks within it. In a block of its own, it concerns nobody else.
 
-Here, a call of one of ``LONG`` is the block of an ``if`` whose
-condition is always true, which the compiler leaves out. The numbers of its result are copied into variables that stand
-before the block, and take their types from the copies. So the block changes no number, and no type either.
+Here, a call of one of ``LONG`` is the block of an ``if`` whose condition is always true, which the compiler leaves out.
+The numbers of its result are copied into variables that stand before the block, and take their types from the copies.
+So the block changes no number, and no type either.
 """
 
 import functools
