@@ -5,6 +5,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
+from jupyter_cache import get_cache  # noqa: E402
 from site_pictures import FOLDER, PACKAGE  # noqa: E402
 
 import taichi_tracer  # noqa: E402
@@ -28,6 +29,7 @@ nb_merge_streams = True  # what a loop prints is one output
 # A notebook is executed again when it or the package has changed.
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "cache", 300, True
 nb_execution_cache_path = str(FOLDER / f"notebooks_{PACKAGE.hex()[:16]}")
+get_cache(nb_execution_cache_path).list_cache_records()  # makes its tables before the processes that read pages start
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units
 html_theme, html_title = "furo", "taichi_tracer"

@@ -77,7 +77,7 @@ def small(mode_of="watertight", precision="f32", intersector="brute_force", case
     """The suite on a few small cases in one mode."""
     few = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5), Lattice(), AxisParallel(), UnitTriangles(), Windows()]
     mode = RayMode(mode_of, precision, False, intersector)
-    return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False)
+    return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False, arch="cpu")
 
 
 @pytest.mark.parametrize(("precision", "intersector"), [("f32", "wide_bvh")])

@@ -1,8 +1,9 @@
-"""a b − c d with both products rounded, on every backend.
+"""Sums and products that are rounded before anything else happens to them, on every backend.
 
 Compilers for graphics cards join a product and the addition that follows it into one operation, which rounds once (a
 fused multiply–add). Taichi's compiler for CUDA does so without ``fast_math``, too, and so do drivers of Vulkan. Then
-a b − c d is no longer exactly −(c d − a b), and a ray passes between two triangles that share an edge.
+a b − c d is no longer exactly −(c d − a b), and a ray passes between two triangles that share an edge. Drivers of
+Vulkan also shorten (a + b) − a to b, and the film no longer knows what its additions lost.
 """
 
 import numpy as np
@@ -15,11 +16,11 @@ LOW_BITS = 0x7FFF  # their product with the next number does not overflow
 
 
 @compile_time
-def rounded(product):
-    """A product, rounded before anything else happens to it; on a CPU, that is the product itself."""
+def rounded(number):
+    """A sum or product, rounded before anything else happens to it; on a CPU, that is the number itself."""
     if runtime.can("separate roundings"):
-        return product
-    return _hidden(product, ti.i64 if runtime.dtype() is np.float64 else ti.i32)
+        return number
+    return _hidden(number, ti.i64 if runtime.dtype() is np.float64 else ti.i32)
 
 
 @ti.func

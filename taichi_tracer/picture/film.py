@@ -9,6 +9,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.picture.error_estimate import (
     RelativeError,
     errors_from_deviations,
@@ -466,9 +467,9 @@ def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:
 @ti.func
 def two_sum(a, b):
     """a + b as the nearest number and its rounding error, which is exact (Knuth, TAOCP vol. 2, 4.2.2, theorem B)."""
-    rounded = a + b
-    part = rounded - a
-    return rounded, (a - (rounded - part)) + (b - part)
+    total = rounded(a + b)
+    part = rounded(total - a)
+    return total, (a - (total - part)) + (b - part)
 
 
 @ti.func

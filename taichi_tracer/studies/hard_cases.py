@@ -102,10 +102,13 @@ class SuiteResult:
 
 
 def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
-    """The modes that a level tries, of the precisions that a backend has; in part, no f64 with fast_math."""
-    modes, size = all_modes(with_plain=LEVELS[level].has_plain), LEVELS[level]
-    has_f64 = arch in ("auto", *runtime.F64_ARCHS)
-    return [m for m in modes if m.precision == "f32" or (has_f64 and (size.is_whole or not m.fast_math))]
+    """The modes that a level tries, of the precisions that a backend has; in part, no fast_math and no f64 by force."""
+    modes = all_modes(with_plain=LEVELS[level].has_plain)
+    if arch not in ("auto", *runtime.F64_ARCHS):
+        modes = [mode for mode in modes if mode.precision == "f32"]
+    if LEVELS[level].is_whole:
+        return modes
+    return [m for m in modes if not m.fast_math and (m.precision == "f32" or not m.tries_everything)]
 
 
 def run(

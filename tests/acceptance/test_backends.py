@@ -51,8 +51,10 @@ def test_debug_mode(tmp_path):
 
 
 @pytest.mark.slow
-def test_vulkan(tmp_path):
-    started = process("-c", "import taichi as ti; ti.init(ti.vulkan); print(ti.cfg.arch == ti.vulkan)", folder=tmp_path)
+@pytest.mark.parametrize("arch", ["cuda", "vulkan"])
+def test_graphics_cards(tmp_path, arch):
+    asked = f"import taichi as ti; ti.init(ti.{arch}); print(ti.cfg.arch == ti.{arch})"
+    started = process("-c", asked, folder=tmp_path)
     if "True" not in started.stdout:
-        pytest.skip("there is no Vulkan here")
-    assert wrong(tmp_path, [*FEW, *LIGHT[:2]], arch="vulkan") == []
+        pytest.skip(f"there is no {arch} here")
+    assert wrong(tmp_path, [*FEW, *LIGHT[:2]], arch=arch) == []

@@ -56,8 +56,6 @@ class Level:
         """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
         if self.is_whole:
             return True
-        if mode.fast_math:
-            return stage == "unit"
         if mode.tries_everything:  # single triangles are asked in the same way by every intersector
             return stage != "crowd"
         return stage in ("unit", "sizes") or (stage == "crowd" and mode.precision == "f32")

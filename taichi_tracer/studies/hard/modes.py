@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system import runtime
 from taichi_tracer.system.parts.overrides import replaced
 from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
@@ -112,19 +113,25 @@ class Promise:
         return None
 
 
-# In f32, t is computed once more in f64 at a hit. In f64 there is nothing wider to turn to: a sliver's aspect, or one
-# over the angle of a grazing ray, multiplies the rounding of the vertices' differences.
-T_ERROR = {
-    "f32": {"t_unit": 4, "t_sliver": 4, "t_grazing": 4, "t_far": 4},
-    "f64": {"t_unit": 16, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64},
-}
+# In f32, t is computed once more in f64 at a hit. In f64 there is nothing wider to turn to, nor in f32 on a backend
+# without f64: a sliver's aspect, or one over the angle of a grazing ray, multiplies the rounding of the vertices'
+# differences.
+T_ERROR = {"t_unit": 4, "t_sliver": 4, "t_grazing": 4, "t_far": 4}
+T_ERROR_NOT_WIDENED = {"t_unit": 16, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64}
 ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
 EVERYTHING = frozenset(COUNTS)
+# Without f64, the sign of an edge function is unknown where both of its products round to the same number.
+WIDENED = frozenset({"edge_leaks", "vertex_leaks", "false_hits"})
 WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
 
 
 def promise_of(mode: RayMode) -> Promise:
-    """What a mode promises. A triangle test without a line in ``ZERO``, such as your own, must never be wrong."""
+    """What a mode promises on the backend that runs. A triangle test without a line in ``ZERO`` must never be wrong."""
     if mode.fast_math:
         return WITH_FAST_MATH
-    return Promise(ZERO.get(mode.triangle_test, EVERYTHING), T_ERROR[mode.precision])
+    zero = ZERO.get(mode.triangle_test, EVERYTHING)
+    if not runtime.has_f64():
+        zero -= WIDENED
+    if mode.triangle_test in ZERO and not runtime.can("separate roundings"):
+        zero -= {"wrong"}  # a product and a sum with one rounding: u may be below 0 on an edge
+    return Promise(zero, T_ERROR if runtime.can_widen() else T_ERROR_NOT_WIDENED)
