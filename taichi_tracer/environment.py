@@ -147,7 +147,8 @@ class Environment(KnownAttributes):
     def coords(self, direction):
         """(u, v) in [0, 1] of a unit direction: u around +y, v from the bottom (C-1)."""
         u = 0.5 + azimuth(direction.z, direction.x) / (2 * tm.pi) - self.settings[1]
-        return u - ti.floor(u), 0.5 + latitude(direction.y) / tm.pi
+        v = 0.5 + latitude(direction.y) / tm.pi  # with one rounding, as on CUDA, −1e-17 at a pole
+        return u - ti.floor(u), ti.max(v, 0.0)
 
     @ti.func
     def texel_of(self, u, v):

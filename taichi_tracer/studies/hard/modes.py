@@ -41,6 +41,11 @@ class RayMode:
         return options if self.triangle_test == OWN_TEST else options | {"triangle_test": self.triangle_test}
 
     @property
+    def is_watertight(self) -> bool:
+        """Whether the mode promises that no ray passes between two triangles."""
+        return self.triangle_test not in ZERO
+
+    @property
     def epsilon(self) -> float:
         """The distance from 1 to the next number in the precision."""
         return float(np.finfo(np.float64 if self.precision == "f64" else np.float32).eps)
@@ -117,7 +122,7 @@ class Promise:
 # without f64: a sliver's aspect, or one over the angle of a grazing ray, multiplies the rounding of the vertices'
 # differences.
 T_ERROR = {"t_unit": 4, "t_sliver": 4, "t_grazing": 4, "t_far": 4}
-T_ERROR_NOT_WIDENED = {"t_unit": 16, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64}
+T_ERROR_NOT_WIDENED = {"t_unit": 32, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64}
 ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
 EVERYTHING = frozenset(COUNTS)
 # Without f64, the sign of an edge function is unknown where both of its products round to the same number.
@@ -132,6 +137,6 @@ def promise_of(mode: RayMode) -> Promise:
     zero = ZERO.get(mode.triangle_test, EVERYTHING)
     if not runtime.has_f64():
         zero -= WIDENED
-    if mode.triangle_test in ZERO and not runtime.can("separate roundings"):
+    if not mode.is_watertight and not runtime.can("separate roundings"):
         zero -= {"wrong"}  # a product and a sum with one rounding: u may be below 0 on an edge
     return Promise(zero, T_ERROR if runtime.can_widen() else T_ERROR_NOT_WIDENED)

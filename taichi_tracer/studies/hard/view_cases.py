@@ -64,8 +64,9 @@ class ExtremeCameras(RendererCase):
         """Directions within a few ε of those in float64, or a thousandth of a pixel where a pixel is large."""
         for width, height in self.sizes:
             x, y = np.meshgrid(np.arange(width), np.arange(height), indexing="ij")
+            camera = Camera(width, height, self.eye, self.at, self.up)
             for fov in self.fovs:
-                camera = Camera(width, height, self.eye, self.at, self.up, fov)
+                camera.fov = fov
                 directions = camera.rays(x.ravel(), y.ravel())[1].astype(np.float64).reshape(width, height, 3)
                 first, middle, last = (self.truth(width, height, fov, within) for within in (0, 0.5, 1))
                 finite = np.isfinite(directions).all(axis=2)
