@@ -22,20 +22,11 @@ def test_ten_thousand_events_are_no_queue(mail):
     assert mail.take_post() == ([], 0)
 
 
-def test_calls_are_answered_by_the_thread_that_renders_with_their_errors(mail):
-    def fails():
-        raise ValueError("no")
-
-    answers = []
-
-    def ask():
-        answers.append(mail.call(threading.get_ident))
-        with pytest.raises(ValueError, match="no"):
-            mail.call(fails)
-        answers.append("told")
-
-    thread = threading.Thread(target=ask)
+def test_functions_of_other_threads_are_called_by_the_thread_that_renders(mail):
+    found = []
+    thread = threading.Thread(target=lambda: mail.later(lambda: found.append(threading.get_ident())))
     thread.start()
-    while thread.is_alive():
-        mail.take_post()
-    assert answers == [threading.get_ident(), "told"]
+    thread.join()
+    assert found == []
+    assert mail.take_post() == ([], 1)
+    assert found == [threading.get_ident()]

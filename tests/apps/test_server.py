@@ -31,8 +31,8 @@ class Watched:
         self.came.wait(patience if since >= 3 else 0)
         return Frame(3, "png", b"picture", '{"a": 1}', '{"b": 2}', 7, 2) if since < 3 else None
 
-    def call(self, function, patience=1.0):
-        return function()
+    def later(self, task):
+        task()
 
     def file(self, kind):
         return b"file"

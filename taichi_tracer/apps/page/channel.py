@@ -1,4 +1,4 @@
-"""What goes between the threads of a live picture: events, calls and frames.
+"""What goes between the threads of a live picture: events, functions and frames.
 
 One thread renders, because Taichi's kernels must not be launched from several threads. The others ``post`` events and
 wait for frames.
@@ -8,7 +8,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any
 
 from taichi_tracer.apps.page.events import checked
@@ -16,13 +15,11 @@ from taichi_tracer.apps.page.frames import Frame
 
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
-
-CANCEL = "cancel"  # the event that does not wait for the thread that renders, because that one is busy
 Event = tuple[str, dict[str, Any]]  # its type and its members
 
 
 class Channel:
-    """Events and calls that wait for the thread that renders, and the newest frame for those that wait for one.
+    """Events and functions that wait for the thread that renders, and the newest frame for those that wait for one.
 
     Args:
         now: the clock, in seconds.
@@ -31,9 +28,8 @@ class Channel:
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
         self.is_over = False
-        self.is_cancelled = False  # whether what was chosen last, and is compiled now, is not wanted any more
         self._events: deque[Event] = deque()
-        self._tasks: deque[tuple[Callable[[], Any], Future]] = deque()
+        self._tasks: deque[Callable[[], object]] = deque()
         self._lock = threading.Condition()
         self._frame: Frame | None = None
         self._waiting, self._polls = 0, False
@@ -46,22 +42,17 @@ class Channel:
             InputError: it is malformed; see ``events.checked``.
         """
         kind, members = checked(event)
-        if kind == CANCEL:
-            self.is_cancelled = True
-            return
         with self._lock:
             if len(self._events) >= MOST_EVENTS:
                 self._events.popleft()
             self._events.append((kind, members))
             self._lock.notify_all()
 
-    def call(self, function: Callable[[], Any], patience: float = 30.0) -> Any:
-        """What a function returns that the session's own thread calls; it may use the renderer."""
-        future: Future = Future()
+    def later(self, task: Callable[[], object]) -> None:
+        """Let the session's own thread call a function, which may use the renderer and must not raise."""
         with self._lock:
-            self._tasks.append((function, future))
+            self._tasks.append(task)
             self._lock.notify_all()
-        return future.result(patience)
 
     def wait_for_frame(self, since: int, patience: float) -> Frame | None:
         """The newest frame if it is newer than ``since``; None if none comes in time, or the session is over."""
@@ -100,19 +91,16 @@ class Channel:
         """Let every thread that waits go on."""
         with self._lock:
             self.is_over = True
-            for _, future in self._tasks:
-                future.cancel()
-            self._tasks.clear()
             self._lock.notify_all()
 
     def take_post(self) -> tuple[list[Event], int]:
-        """The events that have come since the last time, and how many calls of other threads were answered."""
+        """The events that have come since the last time, and how many functions of other threads were called."""
         with self._lock:
             events, tasks = list(self._events), list(self._tasks)
             self._events.clear()
             self._tasks.clear()
-        for function, future in tasks:
-            answer(function, future)
+        for task in tasks:
+            task()
         return events, len(tasks)
 
     def show(self, frame: Frame) -> None:
@@ -131,13 +119,3 @@ class Channel:
     def is_asked(self) -> bool:
         """Whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones can arise."""
         return self._waiting > 0 or self._polls
-
-
-def answer(function: Callable[[], Any], future: Future) -> None:
-    """Call a function for another thread."""
-    if not future.set_running_or_notify_cancel():
-        return
-    try:
-        future.set_result(function())
-    except Exception as error:
-        future.set_exception(error)

@@ -27,12 +27,11 @@ EVENTS: dict[str, dict[str, Any]] = {
     "cancel": {},
     "point": {"column": PIXEL, "row": PIXEL},
     "leave": {},
-    "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
     "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
     "split": {"mode": str},
     "equal": {"by": str},
     "side": {"number": (0, 1)},
-    "save": {"kind": str},
+    "save": {"kind": ("png", "exr")},
     "ack": {"id": (0, 1 << 53)},
 }
 

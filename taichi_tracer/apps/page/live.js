@@ -9,7 +9,7 @@ const HELP = [
   ["drag", "orbit around the point looked at"],
   ["right button, two fingers, wheel", "nearer, farther"], ["shift and drag", "shift the picture"],
   ["w a s d q e", "move the eye"], ["arrow keys", "move the point looked at"], ["i o", "nearer, farther"],
-  ["r", "reset the camera"], ["z", "zoom into the pixels; dragging then shifts them; at 64× their numbers are shown"],
+  ["r", "reset the camera"], ["z", "zoom into the pixels; dragging then shifts them"],
   ["x", "explain a pixel: choose it in the picture"], ["f", "compare: left or right alone, and both again"],
   ["p", "save the picture"], ["c", "copy the camera as options of the command line"],
   ["m", "hide or show the panel"], ["?", "this help"],
@@ -17,8 +17,7 @@ const HELP = [
 const MOVES = 20; // milliseconds between two events of the pointer
 const POINTS = 60; // milliseconds for which the pointer rests before its pixel is asked for
 const RESIZES = 250; // milliseconds after the last change of the window before the picture gets another size
-const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64], NUMBERS = 64; // 0 fits the picture; from NUMBERS on, pixels show their numbers
-const LEVELS = 64; // of the histogram
+const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64]; // 0 fits the picture
 const WORDS = [[2, "clean"], [6, "slightly grainy"], [20, "grainy"], [Infinity, "very grainy"]]; // up to so many per cent
 const ENDED = "The kernel has ended: run the cell again. This is its last picture.";
 
@@ -86,11 +85,10 @@ function render({ model, el }) {
   // ── the parts of the page ──
 
   const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
-  const mark = make("div", { class: "tt-mark", hidden: true }), values = make("div", { class: "tt-values" });
-  const divider = make("div", { class: "tt-divider", role: "slider", tabindex: 0, hidden: true, "aria-valuemin": 0,
-    "aria-valuemax": 100, "aria-label": "how much of the left picture is shown, in per cent", title: "drag the border; f shows one picture alone" });
+  const mark = make("div", { class: "tt-mark", hidden: true });
+  const divider = make("div", { class: "tt-divider", hidden: true, title: "drag the border; f shows one picture alone" });
   const sides = [0, 1].map(k => make("span", { class: "tt-side", hidden: true, style: k ? "right: 8px" : "left: 8px" }));
-  const section = make("div", { class: "tt-section" }, canvas, values, mark, ...sides, divider);
+  const section = make("div", { class: "tt-section" }, canvas, mark, ...sides, divider);
   const stage = make("div", { class: "tt-stage" }, section);
   const bar = make("progress", { max: 1, "aria-label": "how much of the expected time is over" }), doing = make("span");
   const strip = make("div", { class: "tt-strip", hidden: true }, doing, bar, button("Cancel", () => send({ type: "cancel" })));
@@ -190,7 +188,6 @@ function render({ model, el }) {
     const isDouble = state.split?.mode === "sides";
     divider.hidden = !isDouble;
     divider.style.left = `${100 * border}%`;
-    divider.setAttribute("aria-valuenow", Math.round(100 * border));
     sides.forEach((side, k) => {
       side.hidden = !isDouble || (k ? border > 0.97 : border < 0.03);
       if (isDouble) setText(side, `${state.sides[k].view} · ${numbersOf(state.sides[k]).short}`);
@@ -237,7 +234,7 @@ function render({ model, el }) {
     }
     setText(pace, frames.length > 2 ? `${frames.length} frames/s` : "");
     setText(message, state.lost || state.message || "");
-    showScale(); showPointed(); showHistogram(); showValues(); placeParts();
+    showScale(); showPointed(); placeParts();
     if (!isAll) return;
     if (now - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
     showScenes();
@@ -261,19 +258,13 @@ function render({ model, el }) {
     scale.replaceChildren(...(map ? [make("span", {}, map.low), make("i"), make("span", {}, `${map.high} ${map.text}`)] : []));
   }
 
-  // ── the pixel under the pointer, zoom, and the numbers of pixels ──
+  // ── the pixel under the pointer, and zoom ──
 
   function showPointed() {
     const { pointed: found } = state, isHere = pointer && found?.column === pointer[0] && found.row === pointer[1];
     const side = state.split?.mode === "sides" && pointer?.[0] >= border * state.width ? 1 : 0;
     const numbers = state.split?.mode === "difference" ? `left ${found?.values[0]}, right ${found?.values[1]}` : found?.values[side];
-    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}: ` + (isHere ? `${numbers}; sees ${found.place}` : `shown as ${bytesAt(...pointer)}`));
-  }
-
-  const single = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
-  function bytesAt(column, row) { // what the page knows at once, until the program answers
-    single.drawImage(canvas, -column, -row);
-    return [...single.getImageData(0, 0, 1, 1).data.slice(0, 3)].join(", ");
+    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${numbers}; sees ${found.place}` : ""));
   }
 
   const box = () => canvas.getBoundingClientRect();
@@ -300,53 +291,9 @@ function render({ model, el }) {
     fit();
     draw();
     [stage.scrollLeft, stage.scrollTop] = [x * canvas.offsetWidth - left, y * canvas.offsetHeight - top];
-    look();
   }
 
-  function look() { // asks for the numbers of the pixels that are in sight
-    if (zoom < NUMBERS) { if (shown.look) send({ type: "look", column: 0, row: 0, columns: 0, rows: 0 }); shown.look = ""; values.replaceChildren(); return; }
-    const [column, row] = [stage.scrollLeft, stage.scrollTop].map(edge => Math.floor(edge / zoom));
-    const [columns, rows] = [stage.clientWidth, stage.clientHeight].map(side => Math.ceil(side / zoom) + 1);
-    if (changed("look", `${column} ${row} ${columns} ${rows} ${state.id}`)) send({ type: "look", column, row, columns, rows });
-  }
-  let lookTimer = 0;
-  stage.onscroll = () => { clearTimeout(lookTimer); lookTimer = setTimeout(look, 120); };
-
-  function showValues() {
-    const { values: found } = state;
-    if (!changed("values", found && zoom >= NUMBERS ? `${zoom} ${JSON.stringify(found)}` : "")) return;
-    const spans = [];
-    if (found && zoom >= NUMBERS) for (let k = 0; k < found.values.length / 3; k++) {
-      const [x, y] = [found.column + k % found.columns, found.row + Math.floor(k / found.columns)];
-      spans.push(make("span", { style: `left: ${x * zoom}px; top: ${y * zoom + zoom / 2 - 15}px; width: ${zoom}px` },
-        found.values.slice(3 * k, 3 * k + 3).map(v => v === null ? "nan" : two(v)).join("\n")));
-    }
-    values.replaceChildren(...spans);
-  }
-
-  // ── how often each level of red, green and blue occurs in the bytes that are shown ──
-
-  const histogram = make("details", { ontoggle: () => showHistogram() }, make("summary", {}, "histogram"), make("div"));
   const chart = make("div"), statistics = make("details", { open: true }, make("summary", {}, "error against seconds"), chart);
-
-  function showHistogram() {
-    if (!histogram.open || !bitmap || (state.kind === "jpeg" && shown.histogram) || !changed("histogram", state.id)) return;
-    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
-    copy.drawImage(canvas, 0, 0);
-    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height), counts = [0, 1, 2].map(() => new Array(LEVELS).fill(0));
-    let [dark, white] = [0, 0];
-    for (let i = 0; i < data.length; i += 4) {
-      for (let k = 0; k < 3; k++) counts[k][Math.floor(data[i + k] * LEVELS / 256)]++;
-      if (data[i] + data[i + 1] + data[i + 2] === 0) dark++;
-      if (Math.max(data[i], data[i + 1], data[i + 2]) === 255) white++;
-    }
-    const [w, h] = [280, 90], most = Math.max(...counts.flat()), share = n => `${three(400 * n / data.length)} %`;
-    const lines = counts.map((of, k) => `<polyline class="tt-level${k}" fill="none" stroke-width="1.5" points="`
-      + of.map((n, i) => `${(i * w / (LEVELS - 1)).toFixed(1)},${(h - 2 - (h - 6) * Math.sqrt(n / most)).toFixed(1)}`).join(" ") + '"/>');
-    histogram.lastChild.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="histogram of red, green and blue">`
-      + `<line x1="0" x2="${w}" y1="${h - 1}" y2="${h - 1}" class="tt-grid"/>${lines.join("")}</svg>`
-      + `<p>0 to 255; heights are square roots. Black: ${share(dark)} of the pixels; a channel at 255: ${share(white)}.</p>`;
-  }
 
   // ── two pictures ──
 
@@ -373,10 +320,6 @@ function render({ model, el }) {
   divider.onpointermove = event => {
     const { left, width } = box();
     if (divider.hasPointerCapture(event.pointerId)) setBorder((event.clientX - left) / width);
-  };
-  divider.onkeydown = event => {
-    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
-    if (step) { event.preventDefault(); setBorder(border + step); }
   };
 
   // ── what can be chosen ──
@@ -441,7 +384,7 @@ function render({ model, el }) {
     const parts = SECTIONS.map(name => [name, state.controls.filter(one => one.section === name).map(control)]).filter(([, found]) => found.length);
     const fitting = button("Expose to fit", () => send({ type: "expose" }), { title: "the exposure that shows the picture well" });
     panel.replaceChildren(...parts.map(([name, found]) => make("details", { open: isOpen(name), "data-section": name }, make("summary", {}, name), ...found,
-      ...(name === "display" && state.controls.some(one => one.name === "exposure") ? [fitting] : []))), statistics, histogram);
+      ...(name === "display" && state.controls.some(one => one.name === "exposure") ? [fitting] : []))), statistics);
     if (focused) panel.querySelector(`[data-name=${focused}]`)?.focus();
   }
 
@@ -503,18 +446,15 @@ function render({ model, el }) {
     const lines = curves.map(([name, points], i) => {
       const colour = COLOURS[i % COLOURS.length];
       const places = points.filter(([s, e]) => s > 0 && e > 0).map(([s, e]) => [x(s).toFixed(1), y(e).toFixed(1), s, e]);
-      const dots = places.map(([cx, cy, s, e]) => `<circle cx="${cx}" cy="${cy}" r="2.5" fill="${colour}"/><circle cx="${cx}" cy="${cy}" r="8" `
-        + `fill="transparent"><title>${name}: ${three(100 * e)} % after ${three(s)} s</title></circle>`);
+      const dots = places.map(([cx, cy, s, e]) =>
+        `<circle cx="${cx}" cy="${cy}" r="3" fill="${colour}"><title>${name}: ${three(100 * e)} % after ${three(s)} s</title></circle>`);
       return `<polyline points="${places.map(([cx, cy]) => `${cx},${cy}`).join(" ")}" fill="none" stroke="${colour}" stroke-width="1.5"/>${dots.join("")}`
         + `<text x="${w - 4}" y="${14 + 14 * i}" text-anchor="end" style="fill:${colour}">${name}</text>`;
     });
-    const ticks = (low, high) => { const found = []; for (let k = Math.floor(low / Math.LN10); k <= Math.ceil(high / Math.LN10); k++)
-      for (const step of high - low > 2 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8]) { const v = step * 10 ** k; if (Math.log(v) >= low && Math.log(v) <= high) found.push(v); } return found; };
+    const ticks = (low, high) => [0.1, 0.37, 0.63, 0.9].map(share => Math.exp(low + share * (high - low)));
     const down = ticks(y0, y1).map(v => `<line x1="${left}" x2="${w}" y1="${y(v)}" y2="${y(v)}" class="tt-grid"/>`
-      + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${Number((100 * v).toPrecision(2))} %</text>`);
-    let end = -99;
-    const across = ticks(x0, x1).filter(v => { if (x(v) - end < 34) return false; end = x(v); return true; })
-      .map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${Number(v.toPrecision(2))}</text>`);
+      + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${two(100 * v)} %</text>`);
+    const across = ticks(x0, x1).map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${two(v)}</text>`);
     const axes = `<path d="M${left} 4V${h - bottom}H${w}" fill="none" stroke="currentColor"/><text x="${(left + w) / 2}" y="${h - 6}" `
       + `text-anchor="middle">seconds of rendering</text><text x="4" y="${h - 6}">RMSE</text>`;
     chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${axes}${lines.join("")}</svg>`;
@@ -604,7 +544,7 @@ function render({ model, el }) {
     observer.disconnect();
     for (const one of [scenes, views, saves]) one.end();
     model.off("msg:custom", listener);
-    for (const timer of [pointTimer, sizeTimer, lookTimer, strips]) clearTimeout(timer);
+    for (const timer of [pointTimer, sizeTimer, strips]) clearTimeout(timer);
     bitmap?.close();
     send({ type: "blur" });
   };

@@ -1,4 +1,4 @@
-"""How often a live picture is shown and its error is looked at, in the window, in browsers and in notebooks."""
+"""What the window, the page and notebooks share: the first compilation, and curves that stay short."""
 
 from collections.abc import Callable
 
@@ -7,23 +7,6 @@ import taichi as ti
 from taichi_tracer.progressive import ProgressiveRenderer
 
 MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
-
-
-class Throttle:
-    """Lets something be done so seldom that it takes at most a share of the time.
-
-    Args:
-        least: seconds between two times at least. share: of the time that it may take.
-        most: seconds between two times at most, whatever it takes.
-    """
-
-    def __init__(self, least: float, share: float, most: float) -> None:
-        self.least, self.share, self.most = least, share, most
-        self.next = 0.0  # when it may be done again
-
-    def done(self, begin: float, end: float) -> None:
-        """Note when it was done."""
-        self.next = end + min(self.most, max(self.least, (end - begin) / self.share))
 
 
 def thinned(curve: list) -> list:

@@ -8,7 +8,6 @@ import numpy as np
 from taichi_tracer.progressive import ProgressiveRenderer
 
 DIGITS = 4
-MOST_VALUES = 4096  # pixels whose numbers are shown at once
 
 
 def numbers_of(values: np.ndarray) -> str:
@@ -50,13 +49,3 @@ def place_of(hit: Any, scene: Any) -> str:
     material = scene.mesh.materials[hit.material_id].name
     position = ", ".join(f"{x:.{DIGITS}g}" for x in hit.position)
     return f"({position}), {hit.distance:.{DIGITS}g} away: {material}, primitive {hit.triangle_id}"
-
-
-def linear_values(renderer: ProgressiveRenderer, region: dict[str, int]) -> dict[str, Any] | None:
-    """The numbers of a region of pixels, row by row: red, green and blue of each, with three digits."""
-    column, row = region["column"], region["row"]
-    part = renderer.image()[row : row + region["rows"], column : column + region["columns"]]
-    if part.size == 0 or part.size > 3 * MOST_VALUES:
-        return None
-    values = [float(f"{value:.3g}") if np.isfinite(value) else None for value in part.reshape(-1).tolist()]
-    return {"column": column, "row": row, "columns": part.shape[1], "values": values}

@@ -14,6 +14,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from websockets.http11 import Request, Response
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as serve_sockets
 
-from taichi_tracer.apps.page.session import FILES, Session
+from taichi_tracer.apps.page.session import Session
 from taichi_tracer.system.errors import InputError
 
 LOOPBACK = "127.0.0.1"
@@ -171,16 +172,14 @@ class Page:
         if event["type"] == "ack":
             self.shown = max(self.shown, min(event["id"], self.sent))
         elif event["type"] == "save":
-            self.save(event["kind"])
+            self.session.later(partial(self.save, event["kind"]))
 
     def save(self, kind: str) -> None:
-        """Send the picture as a file."""
+        """Send the picture as a file; the thread that renders calls this."""
         try:
-            if kind not in FILES:
-                raise InputError(f"a picture is saved as {' or '.join(FILES)}, not as {kind!r}")
-            data = self.session.call(lambda: self.session.file(kind))
-        except Exception as error:  # it may be busy, or over
-            self.send({"message": str(error) or "the program is busy, or ends"})
+            data = self.session.file(kind)
+        except Exception as error:
+            self.send({"message": str(error)})
             return
         self.send({"file": f"picture.{kind}"}, data)
 

@@ -26,7 +26,7 @@ from taichi_tracer.apps.page.compare_view import DIFFERENCE, OFF, CompareView
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.events import OF_HOSTS
 from taichi_tracer.apps.page.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.page.pixel_probe import PixelProbe, linear_values
+from taichi_tracer.apps.page.pixel_probe import PixelProbe
 from taichi_tracer.apps.page.preview import Preview, current
 from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.pictures import first_renderer
@@ -36,27 +36,18 @@ from taichi_tracer.picture.metrics import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data_loader import name_of, scene_names
 from taichi_tracer.settings import NO_NAME, RenderSettings
-from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
-# Seconds between two lossless pictures at least, their share of the time, and seconds between them at most.
-REST_EVERY, REST_SHARE, REST_MOST = 0.3, 0.025, 0.45
-# Seconds between two estimates of the error at least, their share of the time, and seconds between them at most.
-ERROR_EVERY, ERROR_SHARE, ERROR_MOST = 0.3, 0.05, 0.4
+REST_EVERY, ERROR_EVERY = 0.4, 0.4  # seconds between two lossless pictures, and between two estimates of the error
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 TRIES = 5  # moving pictures that are tried, until their size is as coarse as they must be
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 SIDES = ("left", "right")  # of two pictures
-POINTING = ("point", "leave", "look")  # events that change nothing of the picture
-FILES = {"png": "image/png", "exr": "image/x-exr"}  # kinds of files that can be saved
+POINTING = ("point", "leave")  # events that change nothing of the picture
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
-
-
-class Cancelled(BaseException):
-    """Somebody does not want any more what is being compiled; no ``Exception``, which others might swallow."""
 
 
 class Session(Channel):
@@ -92,8 +83,7 @@ class Session(Channel):
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple  # the picture, the kind and the settings of the last frame
         self._file_of: tuple = ()  # what the bytes of its file depend on
-        self._framed_at, self._rest = -1e9, pace.Throttle(REST_EVERY, REST_SHARE, REST_MOST)
-        self._look = pace.Throttle(ERROR_EVERY, ERROR_SHARE, ERROR_MOST)
+        self._framed_at, self._next_rest, self._next_error = -1e9, 0.0, 0.0
         self._details, self._details_of, self._details_number = "{}", (), 0
         self._begin_with(renderer)
 
@@ -107,7 +97,6 @@ class Session(Channel):
         self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
         self.probe: PixelProbe | None = None
-        self.region: dict[str, int] | None = None  # the pixels whose numbers a page shows
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
@@ -169,14 +158,10 @@ class Session(Channel):
                 wait = self.seconds_of_rest()
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
-        events, answered = self.take_post()
+        events, tasks = self.take_post()
         moved = self.take(events)
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
-        if self.is_cancelled and self.choice is not None:
-            self.choice.cancel()
-            self.choice, self.message = None, "Cancelled."
-        self.is_cancelled = False
         if self.choice is not None and self.choice.is_due:
             self._take_choice(self.choice)
         now = self.now()
@@ -189,7 +174,7 @@ class Session(Channel):
         if self._is_cold and self._framed and self.choice is None and self.split is None:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
-        return bool(events or answered or is_busy)
+        return bool(events or tasks or is_busy)
 
     @property
     def is_moving(self) -> bool:
@@ -220,7 +205,7 @@ class Session(Channel):
         due = self._framed_at + FRAME_EVERY
         is_rest = kind == "png" and not self.is_moving and settings == self.settings_key()
         if is_rest and not all(is_final(one) for one in self.renderers):
-            due = max(due, self._rest.next)
+            due = max(due, self._next_rest)
         return max(0.0, due - now)
 
     def render(self) -> None:
@@ -236,7 +221,7 @@ class Session(Channel):
             renderer = self.renderer if self.split is None else self.split.behind
             if not renderer.is_current():
                 self.errors.clear()
-                self._look.next = self._rest.next = 0.0
+                self._next_error = self._next_rest = 0.0
             renderer.render()
             self._pictures += 1
             has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
@@ -310,26 +295,11 @@ class Session(Channel):
         self.choice = Choice(text, about, take, process)
 
     def _take_choice(self, choice: Choice) -> None:
-        """Show what was chosen; where somebody cancels it, what was shown before."""
-        former, self.choice = self.state.settings, None
-        compiling.watchers.append(self)
-        try:
-            with self.errors_as_message():
-                choice.take()
-        except Cancelled:
-            self.state.show(former)
-            self.message = "Cancelled."
-        finally:
-            compiling.watchers.remove(self)
+        """Show what was chosen."""
+        self.choice = None
+        with self.errors_as_message():
+            choice.take()
         self._answers += 1
-
-    def begins(self, _kernel: compiling.Kernel) -> None:
-        """Before Taichi translates a kernel: end the choice if nobody wants it any more."""
-        if self.is_cancelled:
-            raise Cancelled
-
-    def ends(self) -> None:
-        """The kernel is translated."""
 
     # ── what can be chosen ──
 
@@ -384,6 +354,12 @@ class Session(Channel):
         """Choose the exposure that shows the picture well."""
         self.renderer.expose()
 
+    def on_cancel(self) -> None:
+        """Give up what was chosen, while another process compiles it."""
+        if self.choice is not None:
+            self.choice.cancel()
+            self.choice, self.message = None, "Cancelled."
+
     def on_reset(self) -> None:
         """Bring the camera back to where it was at first."""
         self.renderer.camera.set_camera_parameters(**self.first_camera)
@@ -420,10 +396,6 @@ class Session(Channel):
         """Show the numbers of no pixel."""
         self.probe = None
 
-    def on_look(self, **region: int) -> None:
-        """Show the numbers of a region of pixels; of none where it has no columns."""
-        self.region = region if region["columns"] > 0 else None
-
     def on_size(self, width: int, height: int) -> None:
         """Give the picture the size of the page."""
         size = width, height
@@ -431,7 +403,7 @@ class Session(Channel):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.state = self.state.resized(int(width * scale), int(height * scale))
-        self.preview, self.probe, self.explained, self.region = Preview(), None, None, None
+        self.preview, self.probe, self.explained = Preview(), None, None
         self._is_cold, self._framed = True, ()
 
     def on_split(self, mode: str) -> None:
@@ -471,7 +443,6 @@ class Session(Channel):
         self.look_at_error()
         if self.seconds_to_frame() > 0:
             return
-        begin = self.now()
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if kind == "jpeg" else exact_pixels
         self.bring_details_up_to_date()
@@ -490,7 +461,7 @@ class Session(Channel):
         self._framed = self._pictures, kind, self.settings_key()
         self._framed_at, self._has_moved = self.now(), False
         if kind == "png":
-            self._rest.done(begin, self._framed_at)
+            self._next_rest = self._framed_at + REST_EVERY
         self.show(Frame(number, kind, data, state, self._details, self._details_number, data_number))
 
     def present_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
@@ -509,21 +480,18 @@ class Session(Channel):
         number = 0 if self.split is None else self.split.number
         is_difference = self.split is not None and self.split.mode == DIFFERENCE
         scale = self.split.scale if is_difference else shown[number].scale  # type: ignore[union-attr]
-        is_still = not self.is_moving
-        pointed = self.probe.numbers(self.renderers) if self.probe is not None and is_still else None
+        is_pointed = self.probe is not None and not self.is_moving
         return {
             **sides[number],
             "sides": sides,
             "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
-            "pointed": pointed,
-            "values": linear_values(self.renderer, self.region) if self.region and is_still else None,
+            "pointed": self.probe.numbers(self.renderers) if is_pointed else None,  # type: ignore[union-attr]
         }
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
-        begin = self.now()
         random = [one for one in self.renderers if one.is_random and one.film.samples > 1]
-        if not random or self.is_moving or begin < self._look.next:
+        if not random or self.is_moving or self.now() < self._next_error:
             return
         self.errors = {id(one): error_of(one) for one in random}
         self.curves = {}
@@ -531,7 +499,7 @@ class Session(Channel):
             for name, curve in renderer.error_curves.items():
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
                 self.curves[name if self.split is None else f"{side}: {name}"] = pace.thinned(points)
-        self._look.done(begin, self.now())
+        self._next_error = self.now() + ERROR_EVERY
 
     def settings_key(self) -> tuple:
         """What is compared to find out whether something else was chosen or said: without the camera's place."""
@@ -546,12 +514,11 @@ class Session(Channel):
     @property
     def beside(self) -> tuple:
         """What is shown beside the picture, and changes nothing of it."""
-        region = None if self.region is None else tuple(self.region.values())
-        return self.message, self.explanation, self._answers, self.probe, region, self.choice and self.choice.began
+        return self.message, self.explanation, self._answers, self.probe, self.choice and self.choice.began
 
     def bring_details_up_to_date(self) -> None:
         """Make the details again if something of them has changed."""
-        of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._look.next
+        of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._next_error
         if of != self._details_of:
             self._details_of, self._details_number = of, self._details_number + 1
             self._details = json.dumps(self.details())
@@ -584,10 +551,8 @@ class Session(Channel):
         """The picture as a file, as ``renderer.save`` writes it: "png" or "exr".
 
         Raises:
-            InputError: a file of another kind is asked for, or its library is not installed.
+            InputError: the library that writes it is not installed.
         """
-        if kind not in FILES:
-            raise one_of("file", kind, FILES)
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"{self.renderer.active.name}.{kind}"
             current(self.renderer)
