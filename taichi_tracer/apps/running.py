@@ -56,21 +56,18 @@ class WhileCompiling:
 
     def __init__(self) -> None:
         self._former: dict[int, Any] = {}
-        self._is_busy = False
 
     def begins(self, kernel: compiling.Kernel) -> None:
         """Show the line, and leave the signals to the system if nothing is lost when the process ends."""
         is_main = threading.current_thread() is threading.main_thread()
-        if not is_main or kernel.reading < LONG_READING or self._is_busy:
+        if not is_main or kernel.reading < LONG_READING:
             return
-        self._is_busy = True  # a picture that is kept may need a kernel itself
         show(f"{CLEAR}compiling {kernel.name} ...")
         for number in SIGNALS:
             handler = signal.getsignal(number)
             interruption = getattr(handler, "__self__", None)
-            if handler is leave or (isinstance(interruption, Interruption) and interruption.lets_go()):
+            if handler is leave or (isinstance(interruption, Interruption) and not interruption.has_come()):
                 self._former[number] = signal.signal(number, signal.SIG_DFL)
-        self._is_busy = False
 
     def ends(self) -> None:
         """Take both back."""
@@ -91,15 +88,13 @@ class Interruption:
 
     Args:
         has_come: whether something would be lost if the process ended now.
-        keep: writes it, and is called before a kernel is compiled, so that the system may end the process; None if
-            that cannot be done.
 
     Attributes:
         number: of the signal that came; None while none has.
     """
 
-    def __init__(self, has_come: Callable[[], bool] = lambda: True, keep: Callable[[], object] | None = None) -> None:
-        self.has_come, self.keep = has_come, keep
+    def __init__(self, has_come: Callable[[], bool] = lambda: True) -> None:
+        self.has_come = has_come
         self.number: int | None = None
         self._since = 0.0
         self._former: dict[int, Any] = {}
@@ -115,18 +110,7 @@ class Interruption:
         if self.number is None and self.has_come():
             self.number, self._since = number, time.monotonic()
         elif self.number is None or time.monotonic() - self._since > SAME:
-            self.lets_go()
             leave(number)
-
-    def lets_go(self) -> bool:
-        """Whether the process may end, as before a kernel is compiled: nothing is lost, or it is kept."""
-        if self.has_come():
-            if self.keep is None:
-                return False
-            self.keep()
-        if self.number is not None:
-            leave(self.number)
-        return True
 
     def __exit__(self, *_error) -> None:
         for number, former in self._former.items():

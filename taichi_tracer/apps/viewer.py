@@ -16,7 +16,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps.display import can_open_window
+from taichi_tracer.apps.display import missing_for_window
 from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.apps.page import pace
 from taichi_tracer.apps.page.frames import quick_pixels
@@ -65,11 +65,12 @@ def show(
         0, in both cases: the exit code of a program that shows pictures.
     """
     let_every_character_print()
-    verdict = can_open_window()
-    if verdict.can_open:
+    missing = missing_for_window()
+    if missing is None:
         Viewer(renderer, Path(folder), settings).run()
         return 0
-    print(f"No window can open here: {verdict.reason}.")
+    reason, remedy = missing
+    print(f"No window can open here: {reason}.")
     if offers_browser:
         session = Session(renderer, settings)
         session.warm_up()
@@ -79,7 +80,7 @@ def show(
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
     for path in paths:
         print(f"  {path}")
-    print(f"For a window: {verdict.remedy}")
+    print(f"For a window: {remedy}")
     return 0
 
 

@@ -11,7 +11,6 @@ from PIL import Image
 import taichi_tracer as tt
 from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.grammar import as_value
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.files.srgb import to_bytes
@@ -95,7 +94,7 @@ def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys)
 
 
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "missing_for_window", lambda: ("no screen", "plug one in"))
     assert viewer.show(small_renderer, tmp_path / "renders") == 0
     out = capsys.readouterr().out
     assert "no screen" in out

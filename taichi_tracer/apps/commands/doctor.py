@@ -42,7 +42,7 @@ def examine() -> Iterator[Fact]:
     yield "taichi_tracer", taichi_tracer.__version__, True, ""
     yield "Python", f"{platform.python_version()} on {platform.system()} {platform.machine()}", True, ""
     for package in PACKAGES:
-        yield package_fact(package)
+        yield package, importlib.metadata.version(package), True, ""
     for arch in ("metal",) if sys.platform == "darwin" else ("cuda", "vulkan"):
         has = runtime.has_device(arch)
         found = "has a device" if has else "no GPU answers"
@@ -52,8 +52,8 @@ def examine() -> Iterator[Fact]:
     unused = [f"{name}: {reason}" for name, reason in patches.items() if reason]
     used = f"{len(patches) - len(unused)} of {len(patches)} in use"
     yield "patches of Taichi", used, not unused, f"all works without them, slower. {'; '.join(unused)}"
-    window = display.can_open_window()
-    yield "window", window.reason, window.can_open, window.remedy
+    reason, remedy = display.missing_for_window() or ("can open", "")
+    yield "window", reason, remedy == "", remedy
     for module, (purpose, extra) in EXTRAS.items():
         has = importlib.util.find_spec(module) is not None
         yield module, f"for {purpose}", has, f"pip install 'taichi_tracer[{extra}]'"
@@ -62,14 +62,6 @@ def examine() -> Iterator[Fact]:
     remedy = f"make {wanted} writable for you, or set XDG_CACHE_HOME to a folder that is"
     yield "kernel cache", problem or f"{folder}: can be written; may be deleted", problem is None, remedy
     yield isolation_fact()
-
-
-def package_fact(package: str) -> Fact:
-    """The installed version of something that the package needs."""
-    try:
-        return package, importlib.metadata.version(package), True, ""
-    except importlib.metadata.PackageNotFoundError:
-        return package, "not installed", False, f"{sys.executable} -m pip install {package}"
 
 
 def isolation_fact() -> Fact:

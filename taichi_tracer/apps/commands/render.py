@@ -5,7 +5,6 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +33,6 @@ from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
 GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked when they end, get a note
-WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not printed
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MOST_PLACES = 3  # of samples that are not finite: how many are printed
@@ -110,13 +108,11 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
     request = render_of(args)
     paths = paths_of(request, args)
     pictures = [path for views in paths for places in views for path in places.pictures]
+    check_single(args, len(pictures))
     if watch is not None:
-        check_profile(pictures)
         watch.charge(stopwatch.IMPORTS)
     for picture, views in zip(request.pictures, paths, strict=True):
         note_linear(picture.display, [path for places in views for path in places.pictures])
-    if args.checkpoint is not None:
-        check_checkpoint(args.checkpoint, len(pictures))
     clock = Clock(args.started)
     scene = clock.load(request)
     for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
@@ -132,8 +128,7 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                     renderer.bounces = bounces
                 render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
                 renderer.reset()
-                keep = partial(write_so_far, renderer, picture, path)
-                with Interruption(lambda of=renderer: of.samples > 0, keep) as interruption:
+                with Interruption(lambda of=renderer: of.samples > 0) as interruption:
                     make_picture(renderer, picture, args, path, clock, interruption, render)
                 if interruption.number is not None:
                     of = "" if args.spp is None else f" of {args.spp}"
@@ -153,18 +148,15 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
     return 0
 
 
-def check_checkpoint(checkpoint: str, count: int) -> None:
-    """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
-    if count > 1:
-        raise InputError(f"--checkpoint {checkpoint} is one file for {count} pictures: ask for one")
-    check_place(checkpoint)
-
-
-def check_profile(pictures: Sequence[Path]) -> None:
-    """Raise an InputError unless one picture is asked for."""
-    if len(pictures) > 1:
-        raise InputError(f"--profile tells where the time of one picture goes, not of {len(pictures)}: ask for one")
-    from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
+def check_single(args: Namespace, count: int) -> None:
+    """Raise an InputError for what can be done with one picture only, or for a checkpoint that cannot be written."""
+    for name in ("checkpoint", "profile"):
+        if getattr(args, name) and count > 1:
+            raise InputError(f"--{name} belongs to one picture, not to {count}: ask for one")
+    if args.checkpoint is not None:
+        check_place(args.checkpoint)
+    if args.profile:
+        from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
 
 
 def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> None:
@@ -240,7 +232,7 @@ def make_picture(
             image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
             encoding = encoding_of(renderer, picture)
             place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
-        times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
+        times = f"{clock.before}, {describe_times(renderer)}, {clock.total()}"
         what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
         print(f"{place}: {what} ({times})", flush=True)
         report_non_finite(renderer)
@@ -258,12 +250,6 @@ def changed_picture(renderer: ProgressiveRenderer, args: Namespace) -> Changed |
     if args.clamp is not None:
         return renderer.clamped(args.clamp)
     return renderer.denoised() if args.denoise else None
-
-
-def write_so_far(renderer: ProgressiveRenderer, picture: Picture, path: Path) -> None:
-    """Write what there is of a picture, before a time in which no signal is seen."""
-    image, encoding = renderer.film.own_pixels(renderer.image()), encoding_of(renderer, picture)
-    written(path, lambda one: save_image(one, image, **encoding))
 
 
 def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, Any]:
@@ -292,11 +278,9 @@ class Clock:
         self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
         return loaded
 
-    def total(self, renderer: ProgressiveRenderer) -> str:
-        """Everything until now; and what the same would take again, where kernels were compiled that are kept."""
-        total, saved = time.perf_counter() - self.started, sum(kernel.translating for kernel in compiling.new_kernels())
-        text = f"total {total:.2f} s"
-        return text if saved < WORTH_TELLING else f"{text}, a second run about {total - saved:.2f} s"
+    def total(self) -> str:
+        """The seconds of everything until now."""
+        return f"total {time.perf_counter() - self.started:.2f} s"
 
 
 def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
@@ -304,9 +288,9 @@ def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
 
     The square of the error falls as 1/n with n samples.
     """
-    progress, error = renderer.progress, renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
+    error = renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
     if target.is_usual and error > GOOD:
-        seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
+        seconds = renderer.progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
         note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
 
 
@@ -314,10 +298,9 @@ def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruptio
     """A line if the rendering has ended before it reached the error that was asked for."""
     progress = renderer.progress
     target = progress.target.error
-    if target is None or progress.has_reached_error or not renderer.is_random or progress.samples == 0:
+    is_reached = progress.has_reached_error or not renderer.is_random
+    if target is None or is_reached or progress.samples == 0 or interruption.number is not None:
         return
-    if interruption.number is not None:
-        return  # the user knows what has ended it
     limits = [f"--{name} {getattr(progress.target, name):g}" for name in ("spp", "time")
               if getattr(progress.target, name) is not None]  # fmt: skip
     note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")

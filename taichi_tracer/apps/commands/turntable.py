@@ -99,7 +99,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
         places = [WRITERS[output.suffix.lower()](output, frames, args.fps)]
     if places:
         count = len(frames) or len(places)
-        print(f"{places[0] if frames else output}: {count} frames ({clock.before}, {clock.total(renderer)})")
+        print(f"{places[0] if frames else output}: {count} frames ({clock.before}, {clock.total()})")
     if interruption.number is not None:
         note(f"{interruption.word} after {len(frames) or len(places)} of {args.frames} frames")
         return interruption.exit_code
