@@ -64,8 +64,7 @@ class ProgressiveRenderer(RendererParts):
 
     def sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
         """What a sample of this picture is made of, for ``_take_samples``."""
-        parts = SampleParts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
-        return self.film.unseen.watched(parts)
+        return SampleParts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
 
     @compile_time
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -173,9 +172,6 @@ class ProgressiveRenderer(RendererParts):
     @one_at_a_time
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
-        with stage(LIGHTS, waits=True):
-            environment = self.scene_data.environment if self.shows_light else None
-            self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
             note_change(self._compiled_for, own)

@@ -231,13 +231,8 @@ class RendererParts(KnownAttributes, RenderedPicture):
         """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
 
-    @property
-    def watcher(self) -> Any:
-        """What watches the samples that are taken, see ``unseen.near_misses``; None if nobody does."""
-        return self.film.unseen.counter
-
     def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
-        """The parts of a sample that nobody watches, for who explains it.
+        """The parts of a sample, for who explains it.
 
         Every pixel takes every sample: ``shares.range_of`` has the indices of those that it took in the picture.
         """
@@ -250,7 +245,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
 
     def _missed_light(self) -> float:
         """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.unseen_light``."""
-        self.film.unseen.rare = self.rarely_met.rows()
+        self.film.rare = self.rarely_met.rows()
         return missed_light(self)
 
     def notes(self) -> list[str]:

@@ -49,7 +49,7 @@ m (1 − 2δ) and m (1 + 2δ). Therefore the lower end is divided by 1 + 2δ, an
 the error is unknown: then m may be all noise.
 
 **What no sample met.** Samples cannot show a small sun that no sample has met, nor what a narrow lobe reflects if
-directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``technique_check``
+directions are drawn from the lights alone. ``small_suns`` and its neighbours find the first, and ``technique_check``
 the second by samples of the other technique; ``unseen_light`` knows lamps that are hard to find. The upper end of the
 interval is √((e F)² + unseen²), before it is divided.
 """

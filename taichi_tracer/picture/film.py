@@ -23,7 +23,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.fields import memory
 from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.unseen import rare_light
-from taichi_tracer.unseen.unseen_light import UnseenLight
 
 SUMS = ("total", "lost", "deviation", "largest", "before", "half_count")  # the names of the fields of sums
 
@@ -74,7 +73,7 @@ class Film:
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
-        unseen: what is known of the light that no sample met.
+        rare: rows of light that samples find rarely, see ``rare_light.rows_of``; its renderer finds them.
     """
 
     def __init__(
@@ -100,7 +99,7 @@ class Film:
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
         self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
-        self.unseen = UnseenLight()
+        self.rare = rare_light.rows_of([])
         self.memory = memory.Memory()
         self._place_fields()
         self.memory.allocate()
@@ -142,7 +141,7 @@ class Film:
             self.memory.clear(field)
         self.non_finites.clear()
         self.samples = 0
-        self.unseen.reset()
+        self.rare = self.rare[:0]
 
     def _sums(self) -> dict[str, ti.Field]:
         """Name → field of the sums that this film has."""
@@ -306,11 +305,9 @@ class Film:
         image = self.image()
         mean = float(self.own_pixels(image).mean())
         shares = self.shares()
-        unseen = self.unseen.bound(self.samples * (1.0 if shares is None else float(shares.mean())), mean)
         pixels = self.own_pixels(image)[..., 0].size
-        missed = math.hypot(missed, rare_light.missed(self.unseen.rare, self.samples, pixels, shares))
-        if missed > 0 and mean > 0:
-            unseen = math.hypot(unseen, missed / mean)
+        missed = math.hypot(missed, rare_light.missed(self.rare, self.samples, pixels, shares))
+        unseen = missed / mean if mean > 0 else 0.0
         spread = self.spread()
         share = self.share_of_largest(image, spread)
         samples = float(spread.counts[spread.counts > 0].mean()) if self.doubles and spread.counts.any() else 0.0
@@ -413,7 +410,7 @@ class Film:
             self.memory.write(getattr(self, name), array)
         self.non_finites.add(other.non_finites)
         self.samples += other.samples
-        self.unseen.merge(other.unseen)
+        self.rare = self.rare if len(self.rare) else other.rare
         self.show()
 
     @staticmethod
@@ -430,11 +427,11 @@ class Film:
         """The complete content of the film, for a checkpoint: its sums [x, y, …] by name, in the types of the fields.
 
         ``non_finite`` is (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of
-        each. Beside these are the arrays of ``unseen``.
+        each. ``rare`` is the attribute.
         """
         self.check_alive()
         sums = {name: self.memory.read(field) for name, field in self._sums().items()}
-        return sums | {"non_finite": self.non_finites.to_array()} | self.unseen.to_arrays()
+        return sums | {"non_finite": self.non_finites.to_array(), "rare": self.rare}
 
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
@@ -455,7 +452,7 @@ class Film:
             self.memory.write(field, arrays[name])
         self.non_finites.from_array(arrays["non_finite"])
         self.samples = samples
-        self.unseen.from_arrays(arrays)
+        self.rare = arrays["rare"]
         self.show()
 
 

@@ -32,7 +32,7 @@ BESIDE = 1e-5  # of the size of the scene: so far from its lamp does a ray start
 
 def has_caustics(scene: Any, max_bounces: int) -> bool:
     """Whether paths can find a lamp over a mirror or glass behind a rough surface, in a ``SceneInKernels``."""
-    return max_bounces >= 2 and scene.effects.scatters and has_mirrors(scene)
+    return max_bounces >= 2 and scene.effects.scatters and scene.lights.has_lamps and has_mirrors(scene)
 
 
 def rays_from(scene_data: Any, rng: "np.random.Generator") -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:

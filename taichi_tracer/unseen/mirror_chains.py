@@ -1,6 +1,7 @@
 """Follows rays over mirrors and glass, and says where they end: for ``caustics`` and ``mirrored_lamps``.
 
-One kernel is compiled for a scene that has lamps, and mirrors or glass: it says what rays meet first, too.
+One kernel is compiled for a scene that has lamps or suns, and mirrors or glass: it says what rays meet first, too.
+Lobes that are so narrow that only samples of the BRDF find what they reflect count as mirrors.
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
+from taichi_tracer.unseen.narrow_lobes import LIKE_MIRROR_FROM, is_like_mirror
 
 RAYS = 1 << 16  # that are followed for each question
 MOST_MIRRORS = 8  # on the way of a ray
@@ -53,8 +55,11 @@ class FirstHits:
 
 
 def has_mirrors(scene: Any) -> bool:
-    """Whether a scene has lamps, and mirrors or glass. ``scene`` is a ``SceneInKernels``."""
-    return scene.lights.has_lamps and any(scene.material_library.brdfs[i].is_delta for i in scene.effects.brdfs)
+    """Whether a scene, a ``SceneInKernels``, has mirrors, glass, or lobes that are as narrow."""
+    library = scene.material_library
+    if any(library.brdfs[i].is_delta for i in scene.effects.brdfs):
+        return True
+    return any(library.materials[int(i)].Ns >= LIKE_MIRROR_FROM for i in scene.geometry.mesh.used_materials())
 
 
 @ti.data_oriented
@@ -125,7 +130,8 @@ class MirrorChains:
             first[i, 2] = ti.cast(hit.is_backfacing, ti.i32)
             while is_going:
                 surface = self.scene.surface_at(ray, hit)
-                is_going = surface.is_delta() and mirrors < most
+                is_mirror = surface.is_delta() or is_like_mirror(surface.material)
+                is_going = is_mirror and mirrors < most
                 if is_going:
                     w_i = surface.sample(tm.vec2(random[i, mirrors, 0], random[i, mirrors, 1]))
                     T *= surface.weight(w_i)
@@ -133,7 +139,7 @@ class MirrorChains:
                     ray = surface.ray_along(w_i)
                     hit = self.scene.met(surface, ray)
                     is_going = hit.is_hit and T.max() > 0
-                elif mirrors > 0 and not surface.is_delta():
+                elif mirrors > 0 and not is_mirror:
                     to_eye = tm.normalize(tm.vec3(eye[0], eye[1], eye[2]) - eye[3] * hit.position)
                     f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)
                     if cosine > 0:

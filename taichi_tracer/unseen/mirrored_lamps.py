@@ -1,4 +1,4 @@
-"""How much light does a picture miss because a mirror or glass shows a lamp as less than a pixel?
+"""How much light does a picture miss because a mirror or glass shows a lamp or a sun as less than a pixel?
 
 A sample meets such an image of a lamp with the probability P, which is the share of the pixel that the image covers; it
 shows T L, where T is what the mirrors and glasses leave of the radiance L. How large the image is, rays tell that pass
@@ -9,7 +9,8 @@ the disc, times A cos θ / (π R²). So each ray that passes it represents
 
     P = (pixels / rays) A cos θ / (π R²),      E = P T L
 
-of an image: see ``rare_light``. All that a material shows of a lamp counts as one image. This is rather too much.
+of an image: see ``rare_light``. All that a material shows of a lamp counts as one image. This is rather too much. For a
+sun, A cos θ / (π R²) is its share of the directions that are near to it, see ``small_suns``.
 """
 
 import math
@@ -18,8 +19,10 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.unseen.mirror_chains import RAYS, Ends, MirrorChains
+from taichi_tracer.unseen.narrow_lobes import LIKE_MIRROR_FROM
 from taichi_tracer.unseen.rare_light import RareLight, none_in
 from taichi_tracer.unseen.small_lamps import radiance_of
+from taichi_tracer.unseen.small_suns import Sun
 
 NEAR = 0.1  # radians around a lamp
 SEED = 0x313A
@@ -28,9 +31,9 @@ MOST_PIXELS = 1 << 18  # that are asked for mirrors
 
 
 def mirrored_lamps(
-    chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int
+    chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int, suns: list[Sun]
 ) -> RareLight:
-    """The images of lamps that a view shows in mirrors and glass.
+    """The images of lamps and suns that a view shows in mirrors and glass.
 
     Args:
         crop: (x0, x1, y0, y1), the pixels of the picture. max_bounces: of its paths; 1 for direct light.
@@ -46,13 +49,15 @@ def mirrored_lamps(
     number = (chosen[ends.ray] - (x0, y0)) @ (1, x1 - x0)
     rows = []
     table, radiance = scene_data.lamps.table, radiance_of(scene_data)
-    for lamp in np.argsort(-table.areas * radiance)[:MOST_LAMPS]:
-        end, share = near(ends, table, lamp)
+    lamps = np.argsort(-table.areas * radiance)[:MOST_LAMPS]
+    shown = [(*near(ends, table, lamp), radiance[lamp]) for lamp in lamps]
+    shown += [(*near_sun(ends, sun), sun.radiance.max()) for sun in suns]
+    for end, share, L in shown:
         chance = share * stands_for / RAYS
         for material in np.unique(ends.material[end]):
             own = ends.material[end] == material
             most = number[end][own][chance[own].argmax()]
-            rows.append((most, chance[own].sum(), (chance[own] * ends.T[end][own]).sum() * radiance[lamp]))
+            rows.append((most, chance[own].sum(), (chance[own] * ends.T[end][own]).sum() * L))
     found = np.array(rows, np.float64).reshape(-1, 3)
     found = found[(found[:, 1] < 1) & (found[:, 1] > 0)]
     return RareLight(found[:, 0].astype(np.int64), found[:, 1], found[:, 2], pixels)
@@ -71,7 +76,8 @@ def mirror_pixels(
     hits = chains.intersect(*camera.rays(places[:, 0], places[:, 1]))
     library = scene_data.material_library
     is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[chains.scene.microfacets]])
-    found = places[hits.is_hit & is_delta[np.clip(hits.material_id, 0, len(is_delta) - 1)]]
+    is_mirror = is_delta | np.array([one.Ns >= LIKE_MIRROR_FROM for one in library.materials])
+    found = places[hits.is_hit & is_mirror[np.clip(hits.material_id, 0, len(is_mirror) - 1)]]
     return found, len(found) * count / len(places)
 
 
@@ -89,3 +95,9 @@ def near(ends: Ends, table: Any, lamp: int) -> tuple[np.ndarray, np.ndarray]:
     cosine = abs(cosine) if table.two_sided else np.maximum(cosine, 0)
     share = np.minimum(1, table.areas[lamp] * cosine / (math.pi * radius[ray] ** 2))
     return ray[share > 0], share[share > 0]
+
+
+def near_sun(ends: Ends, sun: Sun) -> tuple[np.ndarray, np.ndarray]:
+    """The same as ``near`` for a sun."""
+    ray = np.flatnonzero(np.isinf(ends.distance) & sun.is_near(ends.direction))
+    return ray, np.full(len(ray), sun.share)

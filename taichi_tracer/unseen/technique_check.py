@@ -14,8 +14,7 @@ E_ik of the samples k = 1 … K of pixel i that are so rare, and 0 instead of th
 
     u² = (1/N) Σ_i ((1/K) Σ_k E_ik)².
 
-Not even the other technique need find a small sun in a lobe that is much narrower. Its near misses are counted, and
-bound what both may miss: see ``unseen.unseen_light``.
+Not even the other technique need find a small sun in a lobe that is much narrower: ``mirror_chains`` follow it.
 
 Only the surfaces that eye rays hit are looked at. Estimators that use both techniques miss nothing in this way, and
 nothing is done or compiled for them.
@@ -40,9 +39,8 @@ from taichi_tracer.system.parts.observed import observed
 from taichi_tracer.system.parts.overrides import unfinished
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
-from taichi_tracer.unseen.near_misses import counter_for
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
-from taichi_tracer.unseen.unseen_light import unseen_light
+from taichi_tracer.unseen.small_suns import Sun
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST_TILES = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
@@ -51,11 +49,11 @@ SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these sample
 SPHERE = 4 * math.pi  # the solid angle of all directions
 
 
-def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
+def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[str, ...]:
     """The techniques, "brdf" or "lights", that find light which an integrator may never meet.
 
     Args:
-        scene: a ``SceneInKernels``. pixels: of the picture.
+        scene: a ``SceneInKernels``. pixels: of the picture. suns: of the scene.
     """
     brdfs = [scene.material_library.brdfs[i] for i in scene.effects.brdfs]
     if not (integrator.needs_light and scene.effects.samples_lights) or any(map(unfinished, brdfs)):
@@ -64,11 +62,13 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
     geometry = scene.geometry
     if not integrator.samples_brdf and has_narrow_lobes(scene):
         found.append("brdf")
-    # Bright spots of an environment are known by near misses (``unseen.near_misses``).
-    if not integrator.samples_lights and scene.lights.has_lamps:
-        size, areas = float((geometry.high - geometry.low).max()), scene.lights.lamps.table.areas
-        alike = expected(np.sort(areas), ABOUT_AS_RARE * areas, each=1.0)  # a large lamp says nothing of a small one
-        if pixels * alike.min() < KNOWN * SPHERE * size * size:
+    if not integrator.samples_lights:
+        shares = [float(sun.solid_angles.sum()) for sun in suns]
+        if scene.lights.has_lamps:
+            size, areas = float((geometry.high - geometry.low).max()), scene.lights.lamps.table.areas
+            alike = expected(np.sort(areas), ABOUT_AS_RARE * areas, each=1.0)  # a large lamp says nothing of a small
+            shares.append(alike.min() / size**2)
+        if shares and pixels * min(shares) < KNOWN * SPHERE:
             found.append("lights")
     return tuple(found)
 
@@ -77,13 +77,9 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
 class OtherSample(Integrator):
     """One sample of the other technique at what an eye ray hits.
 
-    ``samples_lights`` and ``samples_brdf`` say that a counter of near misses counts only narrow lobes and mirrors.
-
     Args:
         technique: "brdf" or "lights". integrator: the estimator that does not use it.
     """
-
-    samples_lights, samples_brdf = True, True
 
     def __init__(self, technique: str, integrator: Integrator) -> None:
         self.from_brdf = technique == "brdf"
@@ -136,7 +132,6 @@ class TechniqueCheck:
         self.step = varying(math.ceil(max(size) / MOST_TILES))
         self.columns, self.rows = (-(-n // self.step) for n in size)
         self.pixels = size[0] * size[1]
-        self.near_misses = counter_for(parts.scene, self.columns, self.rows) if "brdf" in techniques else None
         self._memory = memory.Memory()
         self.samples = ti.Vector.field(2, ti.f32)  # (E, P) of each sample
         self._memory.fields.dense(ti.ijk, (SAMPLES, self.rows, self.columns)).place(self.samples)
@@ -149,12 +144,10 @@ class TechniqueCheck:
         """The parts of the samples of a technique: one of each tile of the picture, which are kept here."""
         sampler = observed(parts.sampler, {"start": starting}, self)
         eyes = observed(parts.eye_rays, {"hit_of": looking}, self)
-        scene, integrator = parts.scene, OtherSample(technique, parts.integrator)
-        if technique == "brdf" and self.near_misses is not None:
-            scene, sampler = self.near_misses.watched(scene, sampler, integrator)
+        integrator = OtherSample(technique, parts.integrator)
         tiles = SomePixels(self.keep)
         tiles.choose((0, self.columns), (0, self.rows))
-        return type(parts)(scene, integrator, eyes, sampler, shares=tiles, film=tiles)
+        return type(parts)(parts.scene, integrator, eyes, sampler, shares=tiles, film=tiles)
 
     @ti.func
     def pixel(self, x, y):
@@ -172,8 +165,6 @@ class TechniqueCheck:
             return
         self.scene.lights.prepare()
         self.found = []
-        if self.near_misses is not None:
-            self.near_misses.clear()
         for parts in self.parts:
             for k in range(SAMPLES):
                 renderer._take_samples(parts, (renderer.seed ^ SEED) % 2**32, k, 1)
@@ -193,9 +184,8 @@ class TechniqueCheck:
         return np.where(is_lit, expected(rare_first, ABOUT_AS_RARE * chance, each), np.inf)
 
     def missed(self, samples: float) -> float:
-        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel; u² has near misses."""
-        near = None if self.near_misses is None else self.near_misses.counts()
-        squares = (unseen_light(near, SAMPLES, mean=1.0) / SAFETY) ** 2
+        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel."""
+        squares = 0.0
         for light, meetings in self.found:
             is_missed = samples * meetings < KNOWN
             squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
@@ -216,7 +206,7 @@ def missed_light(renderer: Any) -> float:
     """What the other technique finds in a renderer's picture, and its own does not; 0 if nothing can be missed."""
     scene, crop, integrator = renderer.kernel_scene(), renderer.film.crop, renderer.active
     pixels = (crop[1] - crop[0]) * (crop[3] - crop[2])
-    techniques = () if renderer.replaced else other_techniques(scene, integrator, pixels)
+    techniques = () if renderer.replaced else other_techniques(scene, integrator, pixels, renderer.rarely_met.suns())
     if not techniques or renderer.samples == 0:
         return 0.0
     if renderer.other is None or renderer.other.is_of != (scene, integrator, crop, techniques):

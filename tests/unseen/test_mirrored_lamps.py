@@ -8,6 +8,7 @@ from taichi_tracer.camera import make_camera
 from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors
 from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.small_lamps import pixels_of
+from taichi_tracer.unseen.small_suns import suns_of
 
 VIEW = {"eye": (-2.0, 1.0, 0.5), "at": (1.5, 1.0, 0), "up": (0, 1, 0), "fov": 50.0}
 KE, HALF = 2e4, 0.004
@@ -16,7 +17,9 @@ KE, HALF = 2e4, 0.004
 def images(made, max_bounces=1):
     """The images of lamps in the view."""
     camera = make_camera(SIZE, SIZE, **VIEW)
-    return mirrored_lamps(MirrorChains(made.in_kernels()), made, camera, (0, SIZE, 0, SIZE), max_bounces), camera
+    return mirrored_lamps(
+        MirrorChains(made.in_kernels()), made, camera, (0, SIZE, 0, SIZE), max_bounces, suns_of(made.in_kernels())
+    ), camera
 
 
 def test_a_flat_mirror_shows_a_lamp_as_large_as_the_lamp_behind_it():

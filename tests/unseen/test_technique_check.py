@@ -10,6 +10,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.unseen.rare_light import KNOWN
+from taichi_tracer.unseen.small_suns import suns_of
 from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, TechniqueCheck, other_techniques
 
 SIZE = 12
@@ -49,7 +50,8 @@ def narrow():
 
 
 def techniques(scene, way, pixels=SIZE * SIZE):
-    return other_techniques(scene.in_kernels(), PARTS.find("integrator", way), pixels)
+    in_kernels = scene.in_kernels()
+    return other_techniques(in_kernels, PARTS.find("integrator", way), pixels, suns_of(in_kernels))
 
 
 def test_nothing_is_done_where_nothing_can_be_missed(narrow):
@@ -66,7 +68,7 @@ def test_nothing_is_done_where_nothing_can_be_missed(narrow):
 def test_light_that_is_about_as_rare_is_counted_together():
     """Each sample stands for pixels / (rows · columns · SAMPLES) of the picture's."""
     other = TechniqueCheck.__new__(TechniqueCheck)
-    other.rows, other.columns, other.pixels, other.near_misses = 1, 2, 80, None
+    other.rows, other.columns, other.pixels = 1, 2, 80
     light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
     chance[:, 0, 1] = 1e-3 * ABOUT_AS_RARE * 1.01
     light[0, 0, 0] = 0  # what is dark is not counted

@@ -1,0 +1,126 @@
+"""How much light does a picture miss because its eye rays, mirrors and glass pass beside a sun?
+
+The bright texels of an environment are divided into levels of brightness. If a level is small and has much of the
+light, it is a *sun*. The image of one of its texels, of solid angle Ω, covers the area P = Ω / Ω_pixel of a pixel. If P
+is below 1, a sample of the pixel meets the texel with the probability P and shows its radiance L: see ``rare_light``.
+Only rays to suns inside the picture are traced.
+
+In mirrors and glass, some thousand eye rays tell how many pixels show directions within ``NEAR`` of a sun: see
+``mirrored_lamps``. A level that has the share Ω_sun / Ω_near of these directions is met by this share of the rays.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.environment import Environment
+from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.unseen.rare_light import RareLight, none_in
+from taichi_tracer.unseen.small_lamps import Intersect, area_of_pixel, look, pixels_of
+
+NEAR = np.radians(10.0)  # wide enough that some rays are near, and a sky is even within it
+LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
+SMALL_SPOT = 0.005  # of the sphere: what is larger is met by many rays
+MATTERS = 0.01  # of all the light: what has less is not missed
+ROWS = 64  # of the map of directions that are near; it has twice as many columns
+
+
+class Sun:
+    """One level of brightness of an environment.
+
+    Attributes:
+        directions: (n, 3) to the centres of its texels, in the scene. solid_angles: (n,) of the texels.
+        radiance: (n,) of the texels, as the root mean square of the channels.
+        near: (ROWS, 2 ROWS) bool: which directions of the environment are near, row 0 at the zenith.
+        share: Ω_sun / Ω_near.
+    """
+
+    def __init__(self, light: Any, rows: np.ndarray, columns: np.ndarray, solid_angles: np.ndarray) -> None:
+        environment = light.environment
+        h, w = environment.height, environment.width
+        cells, areas = centres(ROWS, 2 * ROWS)
+        spots = np.unique(np.stack([rows * ROWS // h, columns * 2 * ROWS // w]), axis=1)
+        self.near = (cells @ cells[spots[0], spots[1]].T).max(axis=2) > np.cos(NEAR + np.pi / ROWS / 2)
+        self.solid_angles = solid_angles
+        self.share = solid_angles.sum() / areas[self.near].sum()
+        self.radiance = environment.intensity * np.sqrt(np.square(environment.pixels[rows, columns]).mean(axis=1))
+        self.is_z_up, self.turn = light.up_axis == "z", environment.rotation / 360
+        d = direction_of((columns + 0.5) / w + self.turn, (rows + 0.5) / h)
+        self.directions = d[:, [0, 2, 1]] * (1, -1, 1) if self.is_z_up else d
+
+    def is_near(self, directions: np.ndarray) -> np.ndarray:
+        """(n,) bool: whether directions in the scene, (n, 3), are near."""
+        d = directions[:, [0, 2, 1]] * (1, 1, -1) if self.is_z_up else directions
+        u = (0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi) - self.turn) % 1.0
+        v = 0.5 - np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi
+        row, column = (v * ROWS).astype(int), (u * 2 * ROWS).astype(int)
+        return self.near[np.minimum(row, ROWS - 1), np.minimum(column, 2 * ROWS - 1)]
+
+
+def direction_of(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(..., 3) the directions of an environment with the u of ``Environment.coords``, and v from the zenith."""
+    elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
+    x, z = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth)
+    return np.stack([x, np.sin(elevation), z], axis=-1)
+
+
+def centres(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, columns, 3) directions of the centres of cells, and (rows, columns) their areas."""
+    v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
+    return direction_of(u, v), np.cos(np.pi * (0.5 - v)) * 2 * (np.pi / rows) * (np.pi / columns)
+
+
+def levels_of(environment: Environment) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The levels that are small and matter: rows, columns and solid angles of their texels."""
+    pixels = environment.pixels.astype(np.float64)
+    h, w = pixels.shape[:2]
+    brightness = (pixels[..., 0] + pixels[..., 1] + pixels[..., 2]) / 3  # in a third of the time of mean(axis=2)
+    edges = np.cos(np.pi * np.arange(h + 1) / h)
+    solid_angle = np.repeat((edges[:-1] - edges[1:])[:, None] * 2 * np.pi / w, w, axis=1)
+    light = brightness * solid_angle
+    found = []
+    high = np.inf
+    for fraction in LEVELS:
+        low = fraction * brightness.max()
+        is_level = (brightness >= low) & (brightness < high)
+        if low == 0 or solid_angle[brightness >= low].sum() > SMALL_SPOT * 4 * np.pi:
+            break
+        if light[is_level].sum() > MATTERS * light.sum():
+            found.append((*np.nonzero(is_level), solid_angle[is_level]))
+        high = low
+    return found
+
+
+def suns_of(scene: Any) -> list[Sun]:
+    """The suns of a ``SceneInKernels``."""
+    light = next((one for one in scene.lights.far if one.name == "environment"), None)
+    if light is None or scene.effects.environment != "image" or replaced(light.environment):
+        return []
+    return [Sun(light, *level) for level in levels_of(light.environment)]
+
+
+def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: Intersect) -> RareLight:
+    """The texels of suns that a view shows directly, and that are smaller than a pixel.
+
+    Args:
+        intersect, crop: as for ``small_lamps``.
+    """
+    x0, x1, y0, y1 = crop
+    pixels = (x1 - x0) * (y1 - y0)
+    if camera.is_parallel or not suns:
+        return none_in(pixels)
+    directions, solid_angles, radiance = (
+        np.concatenate([getattr(sun, name) for sun in suns]) for name in ("directions", "solid_angles", "radiance")
+    )
+    points = camera.matrix()[:3, 3] + directions
+    with np.errstate(all="ignore"):
+        places = pixels_of(camera, points)
+        chance = solid_angles / area_of_pixel(camera, points)
+        at = np.floor(places + 0.5)
+    shown = np.flatnonzero(((at >= (x0, y0)) & (at < (x1, y1))).all(axis=1) & (chance < 1))
+    if shown.size == 0:
+        return none_in(pixels)
+    hits, leads, _ = look(intersect, camera, places[shown], points[shown])
+    shown = shown[leads & ~hits.is_hit]
+    number = (at[shown, 0] - x0 + (x1 - x0) * (at[shown, 1] - y0)).astype(np.int64)
+    return RareLight(number, chance[shown], chance[shown] * radiance[shown], pixels)
