@@ -107,12 +107,11 @@ def progress_bar(renderer: ProgressiveRenderer) -> Iterator[Callable[[Progress],
 
         def show(progress: Progress) -> None:
             """Bring the bar up to date."""
-            is_known, left = not math.isnan(progress.seconds_left), progress.seconds_left
-            texts = [f"{renderer.samples} spp", f"{progress.seconds:.1f} s", progress.place]
-            texts.append("" if math.isnan(progress.error) else f"error {two_digits(progress.error)}")
-            texts.append(f"{left:.1f} s left" if is_known else "? left")
-            bar.set_postfix_str(", ".join(text for text in texts if text), refresh=False)
-            done = progress.seconds / max(progress.seconds + left, SHORTEST) if is_known else 0.0
-            bar.update(max(0.0, done - bar.n))
+            left, error = progress.seconds_left, f"error {two_digits(progress.error)}"
+            rest = f"{left:.1f} s left" if left >= 0 else "? left"
+            texts = [f"{renderer.samples} spp", f"{progress.seconds:.1f} s", progress.place, error, rest]
+            bar.set_postfix_str(", ".join(filter(None, texts)), refresh=False)
+            if left >= 0:
+                bar.update(max(0.0, progress.seconds / max(progress.seconds + left, SHORTEST) - bar.n))
 
         yield show

@@ -8,7 +8,7 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A2Renderer, A3Renderer, A4Renderer
+from taichi_tracer.renderer import A3Renderer
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS
 from taichi_tracer.system import runtime
@@ -62,19 +62,6 @@ def kinds_of_views() -> str:
     """What the renderers call what they offer: "view, estimator or integrator"."""
     *rest, last = dict.fromkeys(c.what for c in renderers())
     return f"{', '.join(rest)} or {last}" if rest else last
-
-
-def find_estimator(name: str) -> Integrator:
-    """The way to sample light of that name.
-
-    Raises:
-        InputError: there is none, or it shows something for which no light is needed.
-    """
-    offered = [one for c in renderers() if issubclass(c, A2Renderer | A4Renderer) for one in c.offered()]
-    known = {alias: one for one in offered for alias in (*one.aliases, one.name)}
-    if name not in known:
-        raise one_of("estimator", name, list(dict.fromkeys(one.name for one in offered)))
-    return known[name]
 
 
 def view_names() -> list[str]:

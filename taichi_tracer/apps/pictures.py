@@ -3,15 +3,12 @@
 Names of parts are looked up in the registry, after the files of ``--parts`` were loaded.
 """
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.notes import note
-from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
+from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, check_intensity, load_environment
 from taichi_tracer.explain.maps import find_measured
@@ -255,7 +252,6 @@ def picture_of(settings: RenderSettings, shot: "Shot | None") -> Picture:
         advice = "give what shows light, as with --estimator mis"
         raise InputError(f"{picture.display}: {shown} shows data, which neither of them changes: {advice}")
     _ = picture.crop, picture.target  # a window without pixels is an error before any work is done
-    check_camera(picture)
     return picture
 
 
@@ -278,18 +274,3 @@ def check(settings: RenderSettings) -> None:
         find_measured(values["of"])
     path_settings.check(**{name: values.get(name, usual) for name, usual in path_settings.DEFAULTS.items()})
     one_sample.check(**{name: values.get(name, usual) for name, usual in usual_values(WEIGHTS).items()})
-
-
-def check_camera(picture: Picture) -> None:
-    """Raise an InputError if there is no such camera. The place of a mesh's own is not known yet: any will do."""
-    settings, view = picture.settings, {"eye": (0, 0, 1), "at": (0, 0, 0), "up": (0, 1, 0)}
-    if picture.shot is not None:
-        view = picture.shot.view
-    elif settings.eye is None or settings.at is None:
-        settings = replace(settings, eye=None, at=None, up=None)
-    elif settings.up is None:
-        view["up"] = np.eye(3)[np.abs(np.subtract(settings.at, settings.eye)).argmin()]  # not along the gaze
-    width, height = picture.settings.size
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the camera itself warns
-        check_view(width, height, **camera_for(settings, view, width / height))

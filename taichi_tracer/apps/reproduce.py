@@ -153,7 +153,7 @@ def position_of(camera: ProjectiveCamera) -> dict:
 def as_python(renderer: ProgressiveRenderer) -> str:
     """Lines of Python that make the picture that the renderer shows, of a scene that ``load_scene_data`` finds.
 
-    A comment names what no text can say, such as a part that is an object of a program.
+    Parts that are objects of a program of your own, and a background, are left out.
     """
     scene, cls, settings = renderer.scene_data, type(renderer), settings_of(renderer)
     options = settings.changed()
@@ -170,7 +170,6 @@ def as_python(renderer: ProgressiveRenderer) -> str:
         of_renderer["camera"] = renderer.camera.name
     lines = ["import taichi_tracer as tt"]
     lines += ["from taichi_tracer.environment import load_environment"] * bool(own)
-    lines += [f"# {what} is an object of your own program: add it" for what in unnamed_parts(renderer)]
     lines += ["", f"tt.init(precision={settings.precision!r})"] if settings.precision else [""]
     name = f"tt.{cls.__name__}" if hasattr(taichi_tracer, cls.__name__) else cls.__name__
     lines.append(call("scene = tt.load_scene_data", [repr(settings.scene)], of_scene))
@@ -196,22 +195,6 @@ def value_lines(renderer: ProgressiveRenderer) -> list[str]:
     if isinstance(active, DepthMap):
         lines.append(call("renderer.set_depth", [], active.arguments()))
     return lines
-
-
-def unnamed_parts(renderer: ProgressiveRenderer) -> list[str]:
-    """What the picture is made of and no name leads to."""
-    scene = renderer.scene_data
-    parts = [scene.ray_intersector, renderer.camera, renderer.sampler, renderer.active, *scene.lights]
-    parts = [p for p in parts if p.kind != "intersector" or not hasattr(p, "stands_in_for")]
-    names = [f"the {p.kind} {p.name or type(p).__name__!r}" for p in parts if not is_known(p)]
-    if scene.background is not None and not str(scene.source).endswith(".xml"):
-        names.append("the background")
-    return names
-
-
-def is_known(part: Any) -> bool:
-    """Whether a part can be named in any program: it comes with the package, and so does its class."""
-    return PARTS.comes_with_package(part) and type(part).__module__.startswith("taichi_tracer.")
 
 
 class Code(str):

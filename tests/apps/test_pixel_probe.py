@@ -5,7 +5,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.page.pixel_probe import PixelProbe
+from taichi_tracer.apps.page.pixel_probe import look_at
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def renderer():
 
 
 def test_numbers_and_place_are_those_of_the_pixel(renderer):
-    told = PixelProbe(20, 15, renderer).numbers([renderer])
+    told = look_at(20, 15, [renderer])
     value = renderer.image()[15, 20]
     assert [float(x) for x in told["values"][0].split(", ")] == pytest.approx(value, rel=1e-3)
     hit = renderer.scene_data.intersect(*renderer.camera.rays(20, 14))[0]

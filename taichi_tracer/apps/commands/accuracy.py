@@ -232,17 +232,15 @@ def line_of(one: Compared) -> str:
     return f"{shift}  differs: too {word} (z {one.z:.1f}){where}"
 
 
-def coloured(scores: np.ndarray) -> np.ndarray:
-    """(h, w, 3) colours of (h, w) numbers from −1, which is blue, over 0, which is grey, to 1, which is red."""
-    x = np.clip(scores, -1, 1)[..., None]
-    grey, red, blue = np.array([0.25, 0.25, 0.25]), np.array([0.9, 0.15, 0.1]), np.array([0.1, 0.3, 0.95])
-    return grey + np.maximum(x, 0) * (red - grey) + np.maximum(-x, 0) * (blue - grey)
-
-
 def as_page(title: str, groups: list[Group]) -> str:
     """The same as a page, with a map of z for each estimator."""
+    from matplotlib import colormaps
+
+    colours = colormaps["coolwarm"]  # from 0, blue, over 0.5, grey, to 1, red
     parts: list[Any] = [page.paragraph(LEGEND, "note")]
     for group in groups:
         parts.append(f"<h2>{html.escape(lines_of(group)[0])}</h2>")
-        parts += [page.picture(coloured(one.blocks / MARKED), line_of(one), SHOWN) for one in group.others]
+        parts += [
+            page.picture(colours((one.blocks / MARKED + 1) / 2)[..., :3], line_of(one), SHOWN) for one in group.others
+        ]
     return page.page(f"Do the estimators of {title} agree?", parts)

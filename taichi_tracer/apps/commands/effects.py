@@ -4,11 +4,12 @@ from argparse import Namespace
 from dataclasses import replace
 
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.names import find_estimator
+from taichi_tracer.apps.names import find_views
 from taichi_tracer.apps.pictures import Request, request_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, RenderSettings, add_option, add_options, add_scene
 from taichi_tracer.system.argument_types import size
+from taichi_tracer.system.errors import InputError
 
 
 def add_arguments(parser: Parser) -> None:
@@ -25,7 +26,8 @@ def run(args: Namespace) -> int:
     """Print the table of effects; 1 when a picture differs, which none should."""
     from taichi_tracer.studies import effects
 
-    find_estimator(args.view)
+    if not all(shown.needs_light for _, shown in find_views(args.view)):
+        raise InputError(f"--estimator {args.view}: a view needs no light: give an estimator, such as mis")
     settings = replace(RenderSettings.of(args), effects="scene")
     scene, complete = (seen(request_of(replace(settings, effects=mode))) for mode in ("scene", "all"))
     variants = effects.measure(scene, complete, args.view, *args.size, **settings.given("sampler"))

@@ -154,29 +154,24 @@ def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) ->
 
 
 def written_gif(output: Path, frames: list[np.ndarray], fps: float) -> Path:
-    """Where a GIF was written, which is shown again and again. All frames have the colours that suit the first ones."""
-    pictures = [Image.fromarray(frame) for frame in frames]
-    some = np.concatenate(frames[:: max(1, len(frames) // 4)])
-    palette = Image.fromarray(some).quantize(256, method=Image.Quantize.MEDIANCUT)
-    first, *others = (one.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for one in pictures)
+    """Where a GIF was written, which is shown again and again."""
+    first, *others = map(Image.fromarray, frames)
     content = io.BytesIO()
     first.save(content, "GIF", save_all=True, append_images=others, duration=1000 / fps, loop=0)
     return written_bytes(output, content.getvalue())
 
 
 def written_mp4(output: Path, frames: list[np.ndarray], fps: float) -> Path:
-    """Where an MP4 was written (H.264). An odd side gets one more row or column: the format knows none."""
+    """Where an MP4 was written (H.264). A picture with an odd side is enlarged to an even one."""
     height, width = frames[0].shape[:2]
-    edges = (0, height % 2), (0, width % 2), (0, 0)
-    size = width + width % 2, height + height % 2
 
     def write(place: Path) -> None:
         with tempfile.TemporaryDirectory(dir=place.parent, prefix=".") as folder:
             part = Path(folder) / place.name
-            film = encoder().write_frames(str(part), size, fps=fps, quality=QUALITY, macro_block_size=2)
+            film = encoder().write_frames(str(part), (width, height), fps=fps, quality=QUALITY, macro_block_size=2)
             film.send(None)
             for frame in frames:
-                film.send(np.ascontiguousarray(np.pad(frame, edges, "edge")))
+                film.send(np.ascontiguousarray(frame))
             film.close()
             part.replace(place)
 

@@ -1,7 +1,7 @@
 // The host of the page that a server of this machine serves: one WebSocket for frames and events.
 import live from "./live.js";
 
-const FIRST_WAIT = 1000, LONGEST_WAIT = 30000; // milliseconds until the next try after the connection is lost
+const WAIT = 5000; // milliseconds until the next try after the connection is lost
 const REFUSED = 1008; // the code with which the server closes a connection that has shown no token
 const AGAIN = "The program has ended, or the connection is lost. If it runs again, open the address that it prints.";
 
@@ -17,7 +17,7 @@ takeToken();
 addEventListener("hashchange", () => { if (takeToken()) location.reload(); }); // the same tab gets another address
 
 const listeners = [];
-let socket = null, shown = null, wait = FIRST_WAIT, timer = 0;
+let socket = null, shown = null;
 const emit = (state, bytes) => Promise.all(listeners.map(listener => listener(state, bytes)));
 const model = {
   on(name, listener) { if (name === "msg:custom") listeners.push(listener); },
@@ -29,12 +29,10 @@ const model = {
 };
 
 function connect() {
-  clearTimeout(timer);
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => socket.send(sessionStorage.getItem(KEY) ?? "");
   socket.onmessage = async ({ data }) => {
-    wait = FIRST_WAIT;
     const length = new DataView(data).getUint32(0, true);
     const state = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
     await shown; // one picture is decoded while the next one is sent, and no more
@@ -42,12 +40,8 @@ function connect() {
   };
   socket.onclose = ({ code, reason }) => {
     emit({ lost: reason || AGAIN });
-    if (code === REFUSED) return;
-    timer = setTimeout(connect, wait); // seldom: a browser writes a line into its console for each try that fails
-    wait = Math.min(2 * wait, LONGEST_WAIT);
+    if (code !== REFUSED) setTimeout(connect, WAIT);
   };
 }
-addEventListener("focus", () => { if (socket?.readyState === WebSocket.CLOSED && wait > FIRST_WAIT) connect(); });
-
 live.render({ model, el: document.getElementById("live") });
 connect();

@@ -36,23 +36,6 @@ const three = value => String(Number(Number(value).toPrecision(3)));
 const two = value => String(Number(Number(value).toPrecision(2)));
 const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
-// A button that opens a box below it; Escape, or a click elsewhere, closes it.
-function menu(text, content, attributes = {}, atEnd = false) {
-  const box = make("div", { hidden: true, class: atEnd ? "tt-end" : null }, ...content);
-  const opener = button(text, () => open(box.hidden), { "aria-expanded": "false", ...attributes });
-  const open = isOpen => {
-    box.hidden = !isOpen;
-    opener.setAttribute("aria-expanded", String(isOpen));
-    if (isOpen) box.querySelector("input, button")?.focus();
-  };
-  const whole = make("div", { class: "tt-menu", onkeydown: event => {
-    if (event.key === "Escape") { open(false); opener.focus(); }
-  } }, opener, box);
-  const elsewhere = event => { if (!event.composedPath().includes(whole)) open(false); };
-  document.addEventListener("pointerdown", elsewhere);
-  return { whole, opener, box, close: () => open(false), end: () => document.removeEventListener("pointerdown", elsewhere) };
-}
-
 function render({ model, el }) {
   let state = {}, bitmap = null, frames = [], spokenAt = 0, shownAt = 0, last = Promise.resolve();
   let isAsking = false, isCopying = false, pointer = null, pointTimer = 0, zoom = 0, border = 0.5, busySince = 0, strips = 0;
@@ -111,23 +94,21 @@ function render({ model, el }) {
   const pace = make("p");
   const zooms = make("select", { "aria-label": "zoom", title: "zoom into the pixels (z)", onchange: () => setZoom(Number(zooms.value)) },
     ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
-  const heading = make("h1"), sceneList = make("div");
-  const scenes = menu("scene", [sceneList], { title: "another shipped scene" });
-  const search = make("input", { type: "search", "aria-label": "search", placeholder: "search", oninput: () => filter() });
-  const list = make("div");
-  const views = menu("view", [search, list], { title: "what is shown" });
+  const heading = make("h1");
+  const scenes = make("select", { "aria-label": "scene", title: "another shipped scene", onchange: () => set("scene", scenes.value) });
+  const views = make("select", { "aria-label": "what is shown", title: "what is shown", onchange: () => set("view", views.value) });
   const compare = make("div", { class: "tt-group", role: "group", "aria-label": "compare two pictures" });
   const compareMore = make("div", { class: "tt-group", role: "group", "aria-label": "what is compared" });
   const explain = button("Explain a pixel", () => ask(!isAsking), { "aria-pressed": "false", title: "every number on the way to a pixel (x)" });
-  const saves = menu("Save", [
-    ...["png", "exr"].map(kind => button(`${kind.toUpperCase()} file`, () => { saves.close(); send({ type: "save", kind }); })),
-    button("The same again, as command and Python", () => { saves.close(); send({ type: "same" }); })], { title: "save the picture (p)" }, true);
-  const skip = make("a", { class: "tt-skip", href: "#", onclick: event => { event.preventDefault(); canvas.focus(); } }, "Skip to the picture");
+  const saves = make("div", { class: "tt-group", role: "group", "aria-label": "save" },
+    button("Save", () => send({ type: "save", kind: "png" }), { title: "save the picture as PNG (p)" }),
+    button("EXR", () => send({ type: "save", kind: "exr" }), { title: "save the linear numbers as EXR" }),
+    button("The same again", () => send({ type: "same" }), { title: "the command and the Python that make this picture" }));
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
-  el.replaceChildren(skip,
-    make("header", { class: "tt-bar" }, heading, scenes.whole, views.whole, compare, compareMore, make("span", { class: "tt-gap" }), explain,
-      button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves.whole,
+  el.replaceChildren(
+    make("header", { class: "tt-bar" }, heading, scenes, views, compare, compareMore, make("span", { class: "tt-gap" }), explain,
+      button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves,
       button("Panel", () => el.classList.toggle("tt-alone"), { title: "hide or show the panel (m)" }),
       button("?", () => showHelp(), { "aria-label": "help", title: "keys and mouse (?)" })),
     make("div", { class: "tt-main" }, stage, strip, scale, panel, drawer),
@@ -325,33 +306,18 @@ function render({ model, el }) {
   // ── what can be chosen ──
 
   function showViews() {
-    setText(views.opener, `${state.view} ▾`);
-    if (!changed("views", JSON.stringify([state.offered, state.what, state.view]))) return;
-    list.replaceChildren(...state.offered.map(({ what, names }) => make("fieldset", {}, make("legend", {}, `${what}s`),
-      ...names.map(([name, label]) => button(name, () => { views.close(); set("view", name); },
-        { title: label, "aria-current": String(what === state.what && name === state.view) })))));
-    filter();
+    if (!changed("views", JSON.stringify([state.offered, state.what, state.view, state.busy, state.message]))) return;
+    views.replaceChildren(...state.offered.map(({ what, names }) => make("optgroup", { label: `${what}s` }, ...names.map(([name, label]) =>
+      make("option", { value: name, title: label, selected: what === state.what && name === state.view }, name)))));
   }
 
   function showScenes() { // where the program can load another one, its name is a menu
-    const canChange = state.scenes.length > 1, name = state.scene.split("/").pop();
-    scenes.whole.hidden = !canChange;
+    const canChange = state.scenes.length > 1;
+    scenes.hidden = !canChange;
     heading.classList.toggle("tt-spoken", canChange);
-    setText(heading, name);
-    setText(scenes.opener, `${name} ▾`);
-    if (changed("scenes", JSON.stringify([state.scenes, state.scene]))) sceneList.replaceChildren(...state.scenes.map(one =>
-      button(one, () => { scenes.close(); set("scene", one); }, { "aria-current": String(one === state.scene) })));
-  }
-
-  function filter() {
-    const wanted = search.value.trim().toLowerCase();
-    for (const group of list.children) {
-      const found = [...group.querySelectorAll("button")].filter(one => {
-        one.hidden = !`${one.textContent} ${one.title}`.toLowerCase().includes(wanted);
-        return !one.hidden;
-      });
-      group.hidden = !found.length;
-    }
+    setText(heading, state.scene.split("/").pop());
+    if (changed("scenes", JSON.stringify([state.scenes, state.scene, state.busy, state.message]))) scenes.replaceChildren(
+      ...state.scenes.map(one => make("option", { value: one, selected: one === state.scene }, one)));
   }
 
   function control({ name, label, help: title, kind, value, names, low, high, step }) {
@@ -542,7 +508,6 @@ function render({ model, el }) {
   return () => {
     clearInterval(watching);
     observer.disconnect();
-    for (const one of [scenes, views, saves]) one.end();
     model.off("msg:custom", listener);
     for (const timer of [pointTimer, sizeTimer, strips]) clearTimeout(timer);
     bitmap?.close();

@@ -16,32 +16,18 @@ def numbers_of(values: np.ndarray) -> str:
     return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 
-class PixelProbe:
-    """A pixel that somebody points at.
+def look_at(column: int, row: int, renderers: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
+    """A pixel, its linear numbers in each picture that is shown, and what it sees, for a page.
 
     Args:
         column, row: of the pixel; the top left one is (0, 0). They are brought into the picture.
-        renderer: what shows; its camera and its scene say what the pixel sees.
     """
-
-    def __init__(self, column: int, row: int, renderer: ProgressiveRenderer) -> None:
-        self.column, self.row = min(column, renderer.width - 1), min(row, renderer.height - 1)
-        self._place_of: tuple = ()
-        self._place = ""
-
-    def numbers(self, renderers: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
-        """The pixel, its linear numbers in each picture that is shown, and what it sees, for a page."""
-        values = [numbers_of(one.image()[self.row, self.column]) for one in renderers]
-        return {"column": self.column, "row": self.row, "values": values, "place": self.place(renderers[0])}
-
-    def place(self, renderer: ProgressiveRenderer) -> str:
-        """What the ray through the middle of the pixel meets; asked again only when the camera or the scene is new."""
-        camera, scene = renderer.camera, renderer.scene_data
-        of = scene, scene.version, camera, camera.version
-        if self._place_of != of:
-            hit = scene.intersect(*camera.rays(self.column, renderer.height - 1 - self.row))[0]
-            self._place_of, self._place = of, "nothing" if not hit.is_hit else place_of(hit, scene)
-        return self._place
+    first = renderers[0]
+    column, row = min(column, first.width - 1), min(row, first.height - 1)
+    values = [numbers_of(one.image()[row, column]) for one in renderers]
+    hit = first.scene_data.intersect(*first.camera.rays(column, first.height - 1 - row))[0]
+    place = place_of(hit, first.scene_data) if hit.is_hit else "nothing"
+    return {"column": column, "row": row, "values": values, "place": place}
 
 
 def place_of(hit: Any, scene: Any) -> str:

@@ -26,7 +26,7 @@ from taichi_tracer.apps.page.compare_view import DIFFERENCE, OFF, CompareView
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.events import OF_HOSTS
 from taichi_tracer.apps.page.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.page.pixel_probe import PixelProbe
+from taichi_tracer.apps.page.pixel_probe import look_at
 from taichi_tracer.apps.page.preview import Preview, current
 from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.pictures import first_renderer
@@ -96,7 +96,7 @@ class Session(Channel):
         self.first_camera = position_of(renderer.camera)
         self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
-        self.probe: PixelProbe | None = None
+        self.pointed: tuple[int, int] | None = None  # the pixel under the pointer
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
@@ -132,7 +132,7 @@ class Session(Channel):
             begin = self.now()
             quick_pixels(self.preview.of(self.renderer).render())
             self.preview.took(self.renderer, self.now() - begin)
-        PixelProbe(0, 0, self.renderer).place(self.renderer)
+        look_at(0, 0, self.renderers)
         self._compiled.add(self._kernels_of(self.state.settings))
 
     @staticmethod
@@ -390,11 +390,11 @@ class Session(Channel):
 
     def on_point(self, column: int, row: int) -> None:
         """Show the numbers of a pixel."""
-        self.probe = PixelProbe(column, row, self.renderer)
+        self.pointed = column, row
 
     def on_leave(self) -> None:
         """Show the numbers of no pixel."""
-        self.probe = None
+        self.pointed = None
 
     def on_size(self, width: int, height: int) -> None:
         """Give the picture the size of the page."""
@@ -403,7 +403,7 @@ class Session(Channel):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.state = self.state.resized(int(width * scale), int(height * scale))
-        self.preview, self.probe, self.explained = Preview(), None, None
+        self.preview, self.pointed, self.explained = Preview(), None, None
         self._is_cold, self._framed = True, ()
 
     def on_split(self, mode: str) -> None:
@@ -480,12 +480,12 @@ class Session(Channel):
         number = 0 if self.split is None else self.split.number
         is_difference = self.split is not None and self.split.mode == DIFFERENCE
         scale = self.split.scale if is_difference else shown[number].scale  # type: ignore[union-attr]
-        is_pointed = self.probe is not None and not self.is_moving
+        pointed = None if self.pointed is None or self.is_moving else look_at(*self.pointed, self.renderers)
         return {
             **sides[number],
             "sides": sides,
             "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
-            "pointed": self.probe.numbers(self.renderers) if is_pointed else None,  # type: ignore[union-attr]
+            "pointed": pointed,
         }
 
     def look_at_error(self) -> None:
@@ -514,7 +514,7 @@ class Session(Channel):
     @property
     def beside(self) -> tuple:
         """What is shown beside the picture, and changes nothing of it."""
-        return self.message, self.explanation, self._answers, self.probe, self.choice and self.choice.began
+        return self.message, self.explanation, self._answers, self.pointed, self.choice and self.choice.began
 
     def bring_details_up_to_date(self) -> None:
         """Make the details again if something of them has changed."""
