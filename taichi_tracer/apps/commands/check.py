@@ -80,24 +80,13 @@ def run_here(args: Namespace) -> int:
     return 0 if teller.has_parent else finished(report.assignment.title, target, report.result_lines())
 
 
-class EndedError(Exception):
-    """The process has ended in the middle of a part, or was ended; the message is for the student.
-
-    Args:
-        is_late: whether it was ended, because it has used up its time.
-    """
-
-    def __init__(self, reason: str, is_late: bool = False) -> None:
-        super().__init__(reason)
-        self.is_late = is_late
-
-
 class Supervised:
     """A process that checks some parts.
 
     Attributes:
         about: its first line. found: what it found of parts. present: the part that runs; None if none does.
         has_ended: whether it has done all that it had to do.
+        problem: what is wrong with the present part, which gave no answer. is_late: whether it has used up its time.
 
     Args:
         words: of its command. goes_on: whether another process has begun. interruption: ends the check by Ctrl-C.
@@ -114,22 +103,20 @@ class Supervised:
         self.about: dict[str, Any] = {}
         self.found: list[ResultLine] = []
         self.present: dict[str, Any] | None = None
-        self.has_ended = False
+        self.has_ended = self.is_late = False
+        self.problem = ""
         self._begin()
 
-    def run(self) -> int:
-        """Wait for it. Returns its exit code.
-
-        Raises:
-            EndedError: it has ended in the middle of a part, or this part has taken too long.
-        """
-        while self._is_open():
+    def run(self) -> None:
+        """Wait until it ends, or until a part takes too long."""
+        while self._is_open() and not self.problem:
             self._look()
+        if self.problem:
+            return
         code = self.process.wait()
         if self.present is not None and code != USER_ERROR:  # the process has printed it
             how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
-            raise EndedError(f"{self._where()}the process ended ({how}): does each path return what the caller needs?")
-        return code
+            self.problem = f"{self._where()}the process ended ({how}): does each path return what the caller needs?"
 
     def _is_open(self) -> bool:
         """Read what has come; whether more may come."""
@@ -165,7 +152,8 @@ class Supervised:
         clock, used = time.monotonic() - self._began, own_seconds(self.process.pid) - self._had_used
         if used > CPU_SECONDS or clock > CLOCK_SECONDS:
             seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
-            raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?", is_late=True)
+            self.problem = f"{self._where()}no answer in {seconds}: is there a loop that never ends?"
+            self.is_late = True
 
     def _where(self) -> str:
         """Where the method of the present part stands."""
@@ -205,31 +193,30 @@ def supervise(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
         while True:
             one = Supervised([folder, *names, *options], bool(found), interruption)
             try:
-                code = one.run()
-                found += one.found
-                if not one.has_ended:
-                    return code
-                break
-            except EndedError as error:
-                if one.present is None:
-                    raise InputError(f"check: the files cannot be read: {error}") from None
-                found += [*one.found, lost(one, error)]
-                names = one.left()
-                if not names:
-                    break
+                one.run()
             finally:
                 one.end()
+            found += one.found
+            if one.problem:
+                if one.present is None:
+                    raise InputError(f"check: the files cannot be read: {one.problem}")
+                found.append(lost(one))
+                names = one.left()
+            elif not one.has_ended:
+                return one.process.returncode
+            if one.has_ended or not names:
+                break
     return finished(one.about["title"], Path(one.about["target"]), found)
 
 
-def lost(one: Supervised, error: EndedError) -> ResultLine:
+def lost(one: Supervised) -> ResultLine:
     """Print, and return, the result of a part that gave no answer."""
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
     from taichi_tracer.teaching.html_boxes import lines_of, result_line
 
     name = (one.present or {})["begins"]
-    status = OUT_OF_TIME if error.is_late else CRASHED
-    result = PartResult(status, message=str(error), name=name, points=one.about["points"][name])
+    status = OUT_OF_TIME if one.is_late else CRASHED
+    result = PartResult(status, message=one.problem, name=name, points=one.about["points"][name])
     print(*lines_of(result), sep="\n", flush=True)
     return result_line(result)
 

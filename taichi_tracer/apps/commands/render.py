@@ -113,8 +113,7 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
         watch.charge(stopwatch.IMPORTS)
     for picture, views in zip(request.pictures, paths, strict=True):
         note_linear(picture.display, [path for places in views for path in places.pictures])
-    clock = Clock(args.started)
-    scene = clock.load(request)
+    scene, before = load_scene(request, args.started)
     for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
         made = {}
         for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
@@ -129,7 +128,7 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                 render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
                 renderer.reset()
                 with Interruption(lambda of=renderer: of.samples > 0) as interruption:
-                    make_picture(renderer, picture, args, path, clock, interruption, render)
+                    make_picture(renderer, picture, args, path, before, interruption, render)
                 if interruption.number is not None:
                     of = "" if args.spp is None else f" of {args.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
@@ -206,14 +205,14 @@ def make_picture(
     picture: Picture,
     args: Namespace,
     path: Path,
-    clock: "Clock",
+    before: str,
     interruption: Interruption,
     render: Callable[..., object],
 ) -> None:
     """Render and write a picture, as far as it came.
 
     Args:
-        clock: knows how long everything before took.
+        before: how long everything before took, in words.
         render: ``renderer.render``, or what takes its place.
 
     Raises:
@@ -232,7 +231,7 @@ def make_picture(
             image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
             encoding = encoding_of(renderer, picture)
             place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
-        times = f"{clock.before}, {describe_times(renderer)}, {clock.total()}"
+        times = f"{before}, {describe_times(renderer)}, total {time.perf_counter() - args.started:.2f} s"
         what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
         print(f"{place}: {what} ({times})", flush=True)
         report_non_finite(renderer)
@@ -257,30 +256,16 @@ def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, An
     return renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
 
 
-class Clock:
-    """What a user waits for, from the key press on.
+def load_scene(request: Request, started: float) -> tuple[SceneData, str]:
+    """A scene, and in words how long the start of the program and reading the scene took.
 
     Args:
         started: the value of ``time.perf_counter`` at the key press.
-
-    Attributes:
-        before: what the program took before the first picture, in words.
     """
-
-    def __init__(self, started: float) -> None:
-        self.started, self.before = started, ""
-
-    def load(self, request: Request) -> SceneData:
-        """Load a scene, and remember how long that took."""
-        start = time.perf_counter()
-        with stage(READ, waits=True):
-            loaded = request.load()
-        self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
-        return loaded
-
-    def total(self) -> str:
-        """The seconds of everything until now."""
-        return f"total {time.perf_counter() - self.started:.2f} s"
+    start = time.perf_counter()
+    with stage(READ, waits=True):
+        loaded = request.load()
+    return loaded, f"start {start - started:.2f} s, scene {time.perf_counter() - start:.2f} s"
 
 
 def report_better(renderer: ProgressiveRenderer, target: Target) -> None:

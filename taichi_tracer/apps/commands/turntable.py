@@ -6,6 +6,7 @@ Each frame has the bits of the picture that ``render`` makes from the same point
 import io
 import math
 import tempfile
+import time
 from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from taichi_tracer.apps.commands.render import Clock, describe, encoding_of
+from taichi_tracer.apps.commands.render import describe, encoding_of, load_scene
 from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
 from taichi_tracer.apps.keeping import Keeper, add_samples
 from taichi_tracer.apps.notes import note
@@ -76,8 +77,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
         raise InputError("turntable: one picture for each frame: name one view, or a scene file with one film")
     picture, output = pictures[0], Path(args.output)
     check_output(output)
-    clock = Clock(args.started)
-    scene = clock.load(request)
+    scene, before = load_scene(request, args.started)
     (renderer_class, integrator), *_ = picture.views
     renderer = picture.make_renderer(renderer_class, scene).use(integrator.name)
     frames: list[np.ndarray] = []
@@ -85,7 +85,10 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     with Interruption() as interruption:
         for k, eye in enumerate(eyes_of(Pose.of(renderer.camera), args.frames, args.degrees)):
             render = renderer.render if elsewhere is None else elsewhere(renderer, eye)
-            image = frame_of(renderer, picture, eye, interruption, render)
+            renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
+            renderer.reset()
+            add_samples(renderer, Keeper(renderer), picture.target, interruption, render)
+            image = renderer.film.own_pixels(renderer.image())
             if interruption.number is not None:
                 break
             if is_folder(output):
@@ -98,8 +101,8 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     if frames:
         places = [WRITERS[output.suffix.lower()](output, frames, args.fps)]
     if places:
-        count = len(frames) or len(places)
-        print(f"{places[0] if frames else output}: {count} frames ({clock.before}, {clock.total()})")
+        count, total = len(frames) or len(places), time.perf_counter() - args.started
+        print(f"{places[0] if frames else output}: {count} frames ({before}, total {total:.2f} s)")
     if interruption.number is not None:
         note(f"{interruption.word} after {len(frames) or len(places)} of {args.frames} frames")
         return interruption.exit_code
@@ -128,20 +131,6 @@ def eyes_of(pose: Pose, count: int, degrees: float) -> list[np.ndarray]:
     up = pose.up / np.linalg.norm(pose.up)
     angles = np.arange(count) * math.radians(degrees) / count
     return [pose.at + rotate(pose.eye - pose.at, up, float(angle)) for angle in angles]
-
-
-def frame_of(
-    renderer: ProgressiveRenderer,
-    picture: Picture,
-    eye: np.ndarray,
-    interruption: Interruption,
-    render: Callable[..., object],
-) -> np.ndarray:
-    """The picture from a point: linear, as far as it came."""
-    renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
-    renderer.reset()
-    add_samples(renderer, Keeper(renderer), picture.target, interruption, render)
-    return renderer.film.own_pixels(renderer.image())
 
 
 def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ const two = value => String(Number(Number(value).toPrecision(2)));
 const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
 function render({ model, el }) {
-  let state = {}, bitmap = null, frames = [], spokenAt = 0, shownAt = 0, last = Promise.resolve();
+  let state = {}, bitmap = null, frames = [], shownAt = 0, last = Promise.resolve();
   let isAsking = false, isCopying = false, pointer = null, pointTimer = 0, zoom = 0, border = 0.5, busySince = 0, strips = 0;
   const shown = {}; // what each part of the page was made of, so that it is made again only when that changes
   const isPage = Boolean(el.closest(".tt-page"));
@@ -187,7 +187,7 @@ function render({ model, el }) {
     say(`${name} is saved`);
   }
 
-  function say(text) { spoken.textContent = text; spokenAt = performance.now(); }
+  function say(text) { spoken.textContent = text; } // to a screen reader
 
   // ── the line below the picture ──
 
@@ -217,7 +217,6 @@ function render({ model, el }) {
     setText(message, state.lost || state.message || "");
     showScale(); showPointed(); placeParts();
     if (!isAll) return;
-    if (now - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
     showScenes();
     showViews(); showPanel(); showChart(); showSplit(); showAnswer();
   }
@@ -281,7 +280,6 @@ function render({ model, el }) {
   function showSplit() {
     const { split } = state;
     if (!changed("split", JSON.stringify([split, state.sides.map(side => side.view)]))) return;
-    const focused = [compare, compareMore].some(part => part.contains(document.activeElement)) ? document.activeElement.textContent : null;
     const choose = (text, event, isOn, title) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)), title });
     const modes = [["One picture", "off"], ["Compare two", "sides"], ["Difference", "difference"]];
     compare.replaceChildren(...modes.map(([text, mode]) => choose(text, { type: "split", mode }, (split?.mode ?? "off") === mode)));
@@ -291,7 +289,6 @@ function render({ model, el }) {
     make("select", { "aria-label": "what both pictures have the same number of", title: "both pictures get the same number of these",
       onchange: event => send({ type: "equal", by: event.target.value }) },
     ...["samples", "seconds"].map(by => make("option", { value: by, selected: by === split.equal }, `equal ${by}`))));
-    if (focused) [...el.querySelectorAll(".tt-group button")].find(one => one.textContent === focused)?.focus();
     fit();
     draw();
   }
