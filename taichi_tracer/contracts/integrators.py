@@ -8,8 +8,6 @@ and what rays see that meet nothing.
 from functools import lru_cache
 
 import numpy as np
-import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.cameras import rays
@@ -27,19 +25,9 @@ SUN, IRRADIANCE = np.array([0.48, 0.8, 0.36]), np.array([2.0, 1.0, 0.5])
 SKY_ROWS = 8
 
 
-@ti.data_oriented
-class Sun(tt.Light):
-    """Light from one direction: a delta light, infinitely far away, whose numbers are allocated when it is prepared."""
-
-    name, is_delta, is_far = "sun of the contract", True, True
-
-    def prepare(self):
-        self._numbers = ti.Vector.field(3, float, 2)
-        self._numbers[0], self._numbers[1] = SUN, IRRADIANCE
-
-    @ti.func
-    def sample(self, x, xi):
-        return self._numbers[0], tm.inf, self._numbers[1], 1.0
+def sun():
+    """Light from one direction."""
+    return tt.DirectionalLight(tuple(-SUN), tuple(IRRADIANCE))
 
 
 def sky():
@@ -60,24 +48,14 @@ def camera():
     return tt.Camera(SIZE, SIZE, eye=(0.2, 1.5, 4), at=(0, 1.2, 0), fov=70)
 
 
-def corner_rays(camera):
-    """(h, w, 4, 3) directions to the corners of every pixel, top row first."""
-    y, x = np.mgrid[0:SIZE, 0:SIZE][:, ::-1]
-    corners = [(dx, dy) for dx in (-0.5, 0.5) for dy in (-0.5, 0.5)]
-    pixels = np.stack([np.stack([x + dx, y + dy], axis=-1) for dx, dy in corners], axis=2)
-    return rays(camera, pixels.reshape(-1, 2))[1].reshape(SIZE, SIZE, 4, 3)
-
-
 @lru_cache
 def regions():
     """(h, w) bool, pixels that see nothing but the square; and those of the upper sky."""
-    looking = camera()
-    d = corner_rays(looking)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = -looking.eye[1] / d[..., 1]
-        ground = looking.eye + t[..., None] * d
-    on_square = (d[..., 1] < 0) & (np.abs(ground[..., [0, 2]]) < 2.99).all(axis=-1)
-    return on_square.all(axis=2), (d[..., 1] > 0).all(axis=2)
+    y, x = np.mgrid[0:SIZE, 0:SIZE][:, ::-1]
+    corners = [np.stack([x + dx, y + dy], axis=-1) for dx in (-0.5, 0.5) for dy in (-0.5, 0.5)]
+    o, d = rays(camera(), np.stack(corners, axis=2).reshape(-1, 2))
+    is_on_square, is_above = plane().intersect(o, d).is_hit, d[:, 1] > 0
+    return tuple(found.reshape(SIZE, SIZE, 4).all(axis=2) for found in (is_on_square, is_above))
 
 
 # ── the checks ──
@@ -98,7 +76,7 @@ def check_sky_sun_and_emission(estimator):
 
     It is Ke + Kd Σ L_k (cos² θ_k − cos² θ_k+1) + Kd/π E cos θ, with rows of sky L_k between polar angles, and a sun E.
     """
-    scene = plane(environment=sky(), lights=[Sun()], emission=KE)
+    scene = plane(environment=sky(), lights=[sun()], emission=KE)
     image, spread = rendered(estimator, scene)
     square, _ = regions()
     rows = sky()[: SKY_ROWS // 2, 0]
@@ -137,7 +115,7 @@ def check_samples_are_finite(integrator):
     mesh.materials = [tt.Material(Kd=(0.7, 0.6, 0.5), Ns=ns) for ns in (1.0, 50.0, 1e21)]
     mesh.face_materials = (np.arange(len(mesh.faces)) % 3).astype(np.int32)
     mesh.sphere_materials = (np.arange(len(mesh.spheres)) % 3).astype(np.int32)
-    scene = tt.SceneData(mesh, environment="studio", lights=[Sun()])
+    scene = tt.SceneData(mesh, environment="studio", lights=[sun()])
     renderer_class = tt.RT3Renderer if integrator.what == "integrator" else tt.A2Renderer
     around = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
     renderer = renderer_class(scene, camera=around, integrator=integrator).render(min(SPP, 16))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
+import trimesh
 
 from taichi_tracer.system import runtime
 
@@ -94,21 +95,9 @@ def write(found: ti.template(), i, j, column: ti.template(), value):
 
 
 def sphere(columns=16, rows=9, radius=1.0, centre=(0, 0, 0)):
-    """A closed sphere; 2·columns·(rows − 1) triangles, fronts outside."""
-    theta, phi = np.meshgrid(
-        np.linspace(0, np.pi, rows + 1)[1:-1], np.linspace(0, 2 * np.pi, columns, endpoint=False), indexing="ij"
-    )
-    ring = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), -np.sin(theta) * np.sin(phi)], -1).reshape(-1, 3)
-    vertices = np.concatenate([[[0, 1, 0]], ring, [[0, -1, 0]]])
-    last, faces = len(vertices) - 1, []
-    for k in range(columns):
-        nxt = (k + 1) % columns
-        faces.append((0, 1 + k, 1 + nxt))
-        faces.append((last, last - columns + nxt, last - columns + k))
-        for r in range(rows - 2):
-            a, b = 1 + r * columns + k, 1 + r * columns + nxt
-            faces += [(a, a + columns, b), (b, a + columns, b + columns)]
-    return vertices * radius + np.asarray(centre, float), np.array(faces, np.int32)
+    """A closed sphere with its poles on the y axis; 2·columns·(rows − 1) triangles, fronts outside."""
+    made = trimesh.creation.uv_sphere(radius, count=[rows, columns // 2])
+    return made.vertices[:, [1, 2, 0]] + np.asarray(centre, float), made.faces.astype(np.int32)
 
 
 def soup(rng, count, size=0.3):

@@ -55,14 +55,6 @@ class Bench:
 # ── the checks ──
 
 
-def check_light(light, intersector=None, cells=None):
-    """All that a light which is given to a scene must do; arguments as for ``Bench``."""
-    subject = light if light.is_ambient else Bench(light, intersector, cells=cells)
-    for step in steps(light):
-        step(subject)
-    check_facts(light)
-
-
 def check_ambient(light):
     """Finite, not negative, in proportion to Ka, and the same every time: it has no other argument."""
 

@@ -110,21 +110,27 @@ def check_dimensions_are_independent(sampler):
 
 
 def check_pixels_are_independent(sampler):
-    """No correlation with the pixel to the right, above, or mirrored in the diagonal, in any dimension."""
+    """No correlation with the pixel to the right, above, or mirrored in the diagonal, in any dimension.
+
+    Where samples of even and odd index are said to be two sequences, the next sample of the pixel is one, too.
+    """
     by_pixel = numbers(sampler, keys_of_pixels()).astype(np.float64).reshape(HEIGHT, WIDTH, -1)
     upper = np.triu_indices(HEIGHT, 1)
     neighbours = {
-        "to its right": (by_pixel[:, :-1].reshape(-1, 2 * DIMENSIONS), by_pixel[:, 1:].reshape(-1, 2 * DIMENSIONS)),
-        "above it": (by_pixel[:-1].reshape(-1, 2 * DIMENSIONS), by_pixel[1:].reshape(-1, 2 * DIMENSIONS)),
-        "mirrored": (by_pixel[upper], by_pixel.transpose(1, 0, 2)[upper]),
+        "of the one to its right": (by_pixel[:, :-1], by_pixel[:, 1:]),
+        "of the one above it": (by_pixel[:-1], by_pixel[1:]),
+        "of the mirrored one": (by_pixel[upper], by_pixel.transpose(1, 0, 2)[upper]),
     }
+    if sampler.replicated:
+        neighbours["of the next sample"] = by_pixel, numbers(sampler, keys_of_pixels(1)).reshape(by_pixel.shape)
     for where, (a, b) in neighbours.items():
-        _check_uncorrelated(sampler, f"of a pixel and of the one {where}", a, b, len(neighbours))
+        _check_uncorrelated(sampler, f"of a pixel and {where}", a, b, len(neighbours))
 
 
-def _check_uncorrelated(sampler, what, a, b, pairs=1):
+def _check_uncorrelated(sampler, what, a, b, pairs):
     """Each column of a has no correlation with the same column of b; ``pairs`` counts how many a and b are tested."""
-    a, b = (column - column.mean(axis=0) for column in (a, b))
+    a, b = (columns.reshape(-1, columns.shape[-1]) for columns in (a, b))
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     r = (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
     z = np.abs(r) * np.sqrt(len(a))
     assert z.max() < largest_z(pairs * len(z), ALPHA_OF_ONE), (
@@ -149,14 +155,6 @@ def check_dimensions_advance(sampler):
     assert z < largest_z(len(r), ALPHA_OF_ONE), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"
     expected = numbers(sampler, keys_of_pixels(), 1)[:, 0]
     assert (found[:, :2] == expected).all(), f"{sampler.name}: next_2d differs from next_2d of the same key"
-
-
-def check_replicas_are_independent(sampler):
-    """Where samples of even and odd index are said to be two sequences: no correlation between them."""
-    if not sampler.replicated:
-        return
-    even, odd = (numbers(sampler, keys_of_pixels(i)).reshape(WIDTH * HEIGHT, -1).astype(np.float64) for i in (0, 1))
-    _check_uncorrelated(sampler, "of even and odd samples", even, odd)
 
 
 def check_net(sampler):
@@ -196,7 +194,6 @@ STEPS = (
     check_same_numbers_for_the_same_key,
     check_dimensions_advance,
     check_net,
-    check_replicas_are_independent,
     check_pixels_are_independent,
     check_numbers_are_uniform,
     check_dimensions_are_independent,

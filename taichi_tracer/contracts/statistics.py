@@ -26,11 +26,6 @@ def normal_sf(z):
     return _erfc(np.asarray(z, np.float64) / math.sqrt(2)) / 2
 
 
-def normal_isf(p: float) -> float:
-    """The z for which ``normal_sf`` is p."""
-    return -NormalDist().inv_cdf(p)
-
-
 def chi_square_sf(x, k: int):
     """The probability that a χ² of k degrees of freedom is larger than x (Wilson & Hilferty, PNAS 1931)."""
     spread = 2 / (9 * k)
@@ -44,7 +39,7 @@ def sidak(count, alpha=ALPHA):
 
 def largest_z(count, alpha=ALPHA):
     """The |z| that none of ``count`` independent normal numbers exceeds, but with the probability ``alpha``."""
-    return normal_isf(sidak(count, alpha) / 2)
+    return -NormalDist().inv_cdf(sidak(count, alpha) / 2)
 
 
 def chi_square_p(observed, expected):

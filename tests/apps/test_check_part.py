@@ -1,4 +1,4 @@
-"""``check-part`` says the first wrong number of a part, and draws its lobe."""
+"""``check-part`` says the first wrong number of a part."""
 
 import pytest
 

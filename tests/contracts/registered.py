@@ -12,7 +12,7 @@ from taichi_tracer.system.parts.registry import PARTS
 brdfs.NORMALS, intersectors.RAYS = brdfs.NORMALS[::2], 10_000
 if DEBUG:  # bounds are what is tested
     integrators.SIZE, integrators.SPP = 6, 2
-    intersectors.RAYS, intersectors.MANY = 2_000, 5_000
+    intersectors.RAYS = 2_000
 
 
 def every(kind, only=lambda part: True, alike=()):

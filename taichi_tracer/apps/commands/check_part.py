@@ -1,17 +1,13 @@
 """Check your own parts: densities, energy, rays, random numbers; prints the first wrong number."""
 
-import html
 import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from taichi_tracer.apps.faults import text_of_fault
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.files import page
-from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
@@ -24,7 +20,6 @@ def add_arguments(parser: Parser) -> None:
     """Add what ``check-part`` takes."""
     parser.add_argument("file", metavar="FILE", help="with parts, as for --parts")
     parser.add_argument("names", metavar="NAME", nargs="*", help="only these parts (default: all of the file)")
-    parser.add_argument("--page", metavar="FILE", help="page with drawings to write (default: that of FILE, .html)")
 
 
 def run(args: Namespace) -> int:
@@ -32,8 +27,6 @@ def run(args: Namespace) -> int:
     if sys.flags.optimize:
         raise InputError("check-part: python -O leaves out every check: run it without -O")
     parts = chosen(load_parts(args.file), args)
-    target = Path(args.page).expanduser() if args.page else Path(args.file).expanduser().with_suffix(".html")
-    check_place(target)
     if runtime.current() is None:
         runtime.init("cpu")
     try:
@@ -43,10 +36,7 @@ def run(args: Namespace) -> int:
         if isinstance(error, InputError) or text is None:
             raise
         raise InputError(text) from error
-    sections = [section for is_right, sections in found for section in sections]
-    replace_file(target, page.page(f"Parts of {Path(args.file).name}", sections).encode())
-    print(target)
-    return RIGHT if all(is_right for is_right, _ in found) else WRONG
+    return RIGHT if all(found) else WRONG
 
 
 def chosen(parts: list, args: Namespace) -> list:
@@ -60,25 +50,19 @@ def chosen(parts: list, args: Namespace) -> list:
     return [part for name, part in known.items() if not args.names or name in args.names]
 
 
-def checked(part: Any) -> tuple[bool, list[str]]:
-    """Run the checks of a part until one fails, and print them. Returns whether all hold, and its part of the page."""
+def checked(part: Any) -> bool:
+    """Run the checks of a part until one fails, and print them. Returns whether all hold."""
     kind = "view" if getattr(part, "what", "") == "view" else part.kind
-    title = f"{kind} {part.name} ({class_name(part)})"
-    print(title)
+    print(f"{kind} {part.name} ({class_name(part)})")
     steps = import_quickly("taichi_tracer.contracts.steps").steps_of(part)
-    lines, is_right = [], True
     for what, check in steps:
         is_right, line = outcome(what, check)
-        lines.append(line)
         print(line, flush=True)
         if not is_right:
-            break
+            return False
     if not steps:
-        lines.append("  nothing is checked: it describes none of the materials that are tried, or it only joins parts")
-        print(lines[-1])
-    drawings = import_quickly("taichi_tracer.contracts.plots").plots_of(part) if steps else []
-    text = "<br>".join(html.escape(line.strip()) for line in lines)
-    return is_right, [f"<h2>{html.escape(title)}</h2><p>{text}</p>", *drawings]
+        print("  nothing is checked: it describes none of the materials that are tried, or it only joins parts")
+    return True
 
 
 def outcome(what: str, check: Callable[[], object]) -> tuple[bool, str]:
