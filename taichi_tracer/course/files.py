@@ -14,7 +14,6 @@ import types
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from taichi_tracer.system.errors import InputError
 
@@ -59,50 +58,21 @@ class CourseFiles:
 
 
 class _File(importlib.machinery.SourceFileLoader):
-    """Runs a file, whose imports from the package are relative ones; no bytecode is kept beside it."""
+    """Runs a file of a student; no bytecode is kept beside it."""
 
     def get_code(self, fullname: str) -> types.CodeType:
-        """The code of the file; what a text editor adds, as a byte order mark, is understood as Python does."""
+        """The code of the file, whose imports find the student's files, or else the package's.
+
+        What a text editor adds, as a byte order mark, is understood as Python does.
+        """
         path = self.get_filename(fullname)
         tree = ast.parse(self.get_data(path), path)
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and node.level == 0 and (node.module or "").startswith(f"{PACKAGE}."):
-                node.module, node.level = (node.module or "").removeprefix(f"{PACKAGE}."), 1
+        for node in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module):
+            name = node.module.removeprefix(f"{PACKAGE}.")
+            if node.level > 0 or name != node.module:
+                is_own = name not in OF_PACKAGE and (Path(path).parent / f"{name}.py").is_file()
+                node.module, node.level = (name, 1) if is_own else (f"{PACKAGE}.{name}", 0)
         return compile(tree, path, "exec")
-
-
-class _Alias(importlib.machinery.SourceFileLoader):
-    """Gives a module the names of one of this package's."""
-
-    def __init__(self, fullname: str) -> None:
-        self.fullname, self.name = fullname, fullname.rpartition(".")[2]
-
-    def create_module(self, spec: Any) -> None:
-        """The usual one."""
-
-    def exec_module(self, module: types.ModuleType) -> None:
-        """Copy the names."""
-        of_package = vars(importlib.import_module(f"{PACKAGE}.{self.name}"))
-        vars(module).update({k: v for k, v in of_package.items() if not k.startswith("__") or k == "__getattr__"})
-
-
-class _Finder:
-    """Finds the modules of one student."""
-
-    def __init__(self, package: str, folder: Path) -> None:
-        self.package, self.folder = package, folder
-
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
-        """A file of the folder, or else the package's module of this name."""
-        package, _, name = fullname.rpartition(".")
-        if package != self.package:
-            return None
-        file = self.folder / f"{name}.py"
-        if name not in OF_PACKAGE and file.is_file():
-            return importlib.util.spec_from_file_location(fullname, file, loader=_File(fullname, str(file)))
-        if importlib.util.find_spec(f"{PACKAGE}.{name}") is None:
-            return None
-        return importlib.machinery.ModuleSpec(fullname, _Alias(fullname))
 
 
 def find_folder(folder: str | Path) -> Path:
@@ -127,9 +97,10 @@ def load(folder: str | Path, names: Sequence[str] = STUDENTS) -> CourseFiles:
     """
     found = CourseFiles(find_folder(folder))
     package = types.ModuleType(f"course_files_{next(_numbers)}")
-    package.__path__ = []
+    package.__path__ = [str(found.folder / package.__name__)]  # a name of the folder that no other import uses
     sys.modules[package.__name__] = package
-    sys.meta_path.insert(0, _Finder(package.__name__, found.folder))  # stays: functions may import later
+    finder = importlib.machinery.FileFinder(str(found.folder), (_File, [".py"]))
+    sys.path_importer_cache[package.__path__[0]] = finder  # stays: functions may import later
     for name in names:
         if not (found.folder / f"{name}.py").is_file():
             continue
@@ -157,16 +128,15 @@ def is_of_course(folder: Path, files: Sequence[str]) -> bool:
 
     A class that a student of this package's assignments writes derives from one of the package's, as ``tt.Camera``.
     """
+    names = {name for classes in ASKED.values() for name in classes}
     for file in files:
         try:
             nodes = list(ast.walk(ast.parse((folder / file).read_bytes())))
         except (OSError, SyntaxError, ValueError, RecursionError):
             continue
-        if any(isinstance(node, ast.ImportFrom) and node.level > 0 for node in nodes):
-            return True
-        names = {name for classes in ASKED.values() for name in classes}
-        own = [node for node in nodes if isinstance(node, ast.ClassDef) and node.name in names]
-        if any(not node.bases for node in own):
+        has_relative = any(isinstance(node, ast.ImportFrom) and node.level > 0 for node in nodes)
+        has_own = any(isinstance(node, ast.ClassDef) and node.name in names and not node.bases for node in nodes)
+        if has_relative or has_own:
             return True
     return False
 
@@ -178,18 +148,3 @@ def folder_of_course(folder: str | Path, files: Sequence[str]) -> Path | None:
     except InputError:
         return None
     return found if is_of_course(found, [*files, *(f"{name}.py" for name in STUDENTS)]) else None
-
-
-def correct_notes(unpacked: Any, assignment: str, files: Sequence[str]) -> None:
-    """Let the notes on a hand-in of the course say which of the files are missing that its handout asks for.
-
-    Args:
-        unpacked: its ``folder`` and its ``notes``. files: those of this package's assignment.
-    """
-    if not is_of_course(unpacked.folder, files):
-        return
-    wanted = dict.fromkeys(ASKED.get(assignment, {}).values())
-    missing = [file for file in wanted if not (unpacked.folder / file).is_file()]
-    unpacked.notes[:] = [note for note in unpacked.notes if not note.startswith("missing: ")]
-    if missing:
-        unpacked.notes.append(f"missing: {', '.join(missing)}")

@@ -31,15 +31,9 @@ CLASSES: dict[str, Any] = {
     "A3Renderer": tt.A3Renderer,
     "A4Renderer": tt.A4Renderer,
 }
-OF_PYTHON = ("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl")
-OF_TAICHI = ("_data_oriented", "__getattribute__")
-LEFT = (
-    *OF_PYTHON,
-    *OF_TAICHI,
-    "alone",
-    "without",
-    "name",
-)  # of an adapter, what is not assigned to the package's class
+# What an adapter has of Python, of Taichi and for grading: it is not assigned to the package's class.
+LEFT = ("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl", "_data_oriented")
+LEFT += ("__getattribute__", "alone", "without", "name")
 
 
 class Course:

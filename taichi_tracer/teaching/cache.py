@@ -17,25 +17,20 @@ VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another 
 
 
 def cache_folder() -> Path:
-    """Where answers and marks are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
+    """Where answers are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
     home = os.environ.get(VARIABLE)
     if home is None:
         home = str(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer")
     return Path(home) / "teaching"
 
 
-def keep(path: Path, content: bytes) -> None:
-    """Keep a file. A folder that cannot be written costs the time of the next run, and nothing else."""
-    with contextlib.suppress(OSError, InputError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, content)
-
-
 def keep_arrays(path: Path, arrays: Arrays) -> None:
-    """Keep arrays as ``keep`` keeps a file."""
+    """Keep arrays in a file. A folder that cannot be written costs the time of the next run, and nothing else."""
     file = io.BytesIO()
     np.savez(file, **arrays)  # type: ignore[arg-type]
-    keep(path, file.getvalue())
+    with contextlib.suppress(OSError, InputError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, file.getvalue())
 
 
 def arrays_in(path: Path) -> Arrays | None:

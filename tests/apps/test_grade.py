@@ -30,7 +30,7 @@ def classroom(tmp_path, monkeypatch):
     """A folder of two submissions, which get made-up marks."""
 
     def grade_class(assignment, found, settings, watch):
-        marks = [Mark(one.key, one.student, PARTS, imports=("=1+1",), level=str(settings.level)) for one in found]
+        marks = [Mark(one.key, one.student, PARTS, refused="=1+1") for one in found]
         for mark in marks if watch else ():
             watch(mark)
         return marks
@@ -72,4 +72,4 @@ def test_csv_has_no_formulas(assignment, classroom, tmp_path):
         ("123456781", "4.0", "1.0"),
         ("123456782", "4.0", "1.0"),
     ]
-    assert rows[0]["imports"] == "'=1+1"
+    assert rows[0]["refused"] == "'=1+1"

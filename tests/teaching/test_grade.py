@@ -28,7 +28,6 @@ def test_what_a_stranger_says_cannot_change_a_terminal():
         "b\N{REPLACEMENT CHARACTER}"
     )
     assert len(grading.clean("x" * 1000)) == grading.LONGEST_MESSAGE
-    assert len(grading.cut("x" * 10_000)) < 2100
 
 
 @pytest.mark.parametrize(

@@ -53,8 +53,6 @@ MARK = Mark(
     ),
     "",
     ("note",),
-    ("camera.py imports 'os'",),
-    "limits",
     "printed",
 )
 

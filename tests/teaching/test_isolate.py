@@ -55,7 +55,7 @@ def test_attacks_cost_their_own_part_alone(name, reference, tmp_path):
         code = attack.code.replace("{victim}", str(tmp_path)).replace("{pid}", str(os.getpid()))
         code = code.replace("{port}", str(server.getsockname()[1]))
         (handed_in,) = find(sums.zipped(tmp_path / "123456789.zip", {"sums.py": code}), ["sums.py"])
-        mark, _ = grade(reference, handed_in, GradingSettings(level, LIMITS, finds=False))
+        mark = grade(reference, handed_in, GradingSettings(level, LIMITS, finds=False))
         with pytest.raises(BlockingIOError):
             server.accept()
     found = {part.name: part for part in mark.parts}

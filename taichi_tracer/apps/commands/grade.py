@@ -72,7 +72,7 @@ def run(args: Namespace) -> int:
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, settings, watch)
-    write(args, assignment, found, marks, settings)
+    write(args, assignment, marks, settings)
     print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
     return 0
 
@@ -93,7 +93,6 @@ def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> N
 def write(
     args: Namespace,
     assignment: Assignment,
-    found: Sequence[submissions.Submission],
     marks: Sequence[Mark],
     settings: GradingSettings,
 ) -> None:
@@ -104,7 +103,7 @@ def write(
     if args.csv is not None:
         replace_file(Path(args.csv), as_csv(marks).encode())
     if args.report is not None:
-        page = class_page.write(Path(args.report), assignment, found, marks, settings)
+        page = class_page.write(Path(args.report), assignment, marks, settings)
         if not args.json:
             print(page)
 
@@ -136,10 +135,10 @@ def as_csv(marks: Sequence[Mark]) -> str:
     file = io.StringIO()
     rows = csv.writer(file, lineterminator="\n")
     names = [part.name for part in marks[0].parts]
-    rows.writerow(["student", "file", "score", "points", *names, "refused", "imports"])
+    rows.writerow(["student", "file", "score", "points", *names, "refused"])
     for mark in marks:
         cells = [mark.student, mark.key, mark.score, mark.points, *(part.earned for part in mark.parts)]
-        rows.writerow([safe(cell) for cell in (*cells, mark.refused, "; ".join(mark.imports))])
+        rows.writerow([safe(cell) for cell in (*cells, mark.refused)])
     return file.getvalue()
 
 

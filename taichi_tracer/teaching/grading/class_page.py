@@ -14,15 +14,11 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import html_boxes
 from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment
-from taichi_tracer.teaching.grading.grade import GradingSettings, pictures_of
+from taichi_tracer.teaching.grading.grade import GradingSettings
 from taichi_tracer.teaching.grading.marks import Mark, most_points
-from taichi_tracer.teaching.grading.submissions import Submission
 
-THUMBNAIL = 96  # pixels: of a picture on the page of the class
-MOST_SMALL = 60  # pictures of one part on the page of the class
 BINS = 10  # of the distribution
 STYLE = """
-.pictures .wrong img { outline: 2px solid var(--wrong); }
 .students th { writing-mode: vertical-rl; max-height: 16em; }
 """
 CLASS = Template("""
@@ -32,53 +28,38 @@ CLASS = Template("""
 <p class='note'>right: all points; wrong: points by the share of right inputs; the others: none</p> $parts
 <h2>Most frequent mistakes</h2> $mistakes
 <h2>Students</h2> <div class='students'>$students</div>
-<div class='pictures'>$pictures</div>
 <p class='note'>$settings</p>
 """)
 STUDENT = Template("""
 <p><strong>$sums</strong></p> $refused
 <ul>$notes</ul> $overview $parts
 $printed
-<p class='note'>Isolation of the submission: $level.</p>
 """)
 
 
-def write(
-    folder: Path, assignment: Assignment, found: Sequence[Submission], marks: Sequence[Mark], settings: GradingSettings
-) -> Path:
+def write(folder: Path, assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> Path:
     """Write index.html and a page for each student below a folder; returns the path of index.html."""
     (folder / "students").mkdir(parents=True, exist_ok=True)
     links: dict[str, str] = {}
-    rows: dict[str, list[str]] = {}
-    for i, (mark, submitted) in enumerate(zip(marks, found, strict=True)):
-        pictures = pictures_of(assignment, submitted, settings.seed)
+    for i, mark in enumerate(marks):
         name = re.sub(r"[^A-Za-z0-9_-]+", "_", mark.key.removesuffix(".zip"))[:60]
         file = f"students/{name}-{i + 1}.html"  # the number tells apart what letters are replaced in
-        replace_file(folder / file, student_page(assignment, mark, pictures).encode())
+        replace_file(folder / file, student_page(assignment, mark).encode())
         links[mark.key] = f"<a href='{file}'>{html.escape(mark.student)}</a>"
-        for part in (part for part in mark.parts if part.name in pictures):
-            row = rows.setdefault(part.name, [small(pictures[part.name]["right"], "right")])
-            row.append(html_boxes.coloured(part.status, small(pictures[part.name]["yours"], mark.student)))
-    replace_file(folder / "index.html", class_page(assignment, marks, links, rows, settings).encode())
+    replace_file(folder / "index.html", class_page(assignment, marks, links, settings).encode())
     return folder / "index.html"
-
-
-def small(image: np.ndarray, caption: str) -> str:
-    """A picture of every k-th pixel, so that its width is not much more than ``THUMBNAIL``."""
-    step = max(1, image.shape[1] // THUMBNAIL)
-    return page.picture(image[::step, ::step], caption, THUMBNAIL)
 
 
 # ── one student ──
 
 
-def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapping[str, np.ndarray]]) -> str:
+def student_page(assignment: Assignment, mark: Mark) -> str:
     """The page that a student may read: each part, what is wrong, and what it may come from."""
     first = {part.message: part for part in reversed(mark.parts) if part.status == CRASHED}
     parts = []
     for part in (part for part in mark.parts if part.status != RIGHT):
         message = part.message if first.get(part.message, part) is part else ""  # a reason is given once
-        parts.append(html_boxes.box(replace(part, message=message, pictures=pictures.get(part.name, {}))))
+        parts.append(html_boxes.box(replace(part, message=message)))
     overview = [
         {
             "part": html.escape(part.name),
@@ -93,14 +74,10 @@ def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapp
     text = STUDENT.substitute(
         sums=f"{mark.score:g} of {mark.points:g} points; {mark.right} of {len(mark.parts)} parts are right",
         refused=f"<p class='wrong'>This submission was not unpacked: {refused}</p>" if refused else "",
-        notes="".join(
-            f"<li>{html.escape(note)}</li>"
-            for note in (*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports))
-        ),
+        notes="".join(f"<li>{html.escape(note)}</li>" for note in mark.notes),
         overview=page.cards(overview, list(overview[0])),
         parts="".join(parts),
         printed=f"<h2>What it printed</h2><pre>{printed}</pre>" if printed else "",
-        level=html.escape(mark.level),
     )
     return html_boxes.whole(f"{assignment.title}: {mark.student}", [text])
 
@@ -109,16 +86,12 @@ def student_page(assignment: Assignment, mark: Mark, pictures: Mapping[str, Mapp
 
 
 def class_page(
-    assignment: Assignment,
-    marks: Sequence[Mark],
-    links: Mapping[str, str],
-    pictures: Mapping[str, list[str]],
-    settings: GradingSettings,
+    assignment: Assignment, marks: Sequence[Mark], links: Mapping[str, str], settings: GradingSettings
 ) -> str:
     """The page of the class.
 
     Args:
-        links: key of a mark → a link to the student's page. pictures: part → pictures of HTML.
+        links: key of a mark → a link to the student's page.
     """
     scores = [mark.score for mark in marks]
     facts = {
@@ -128,9 +101,6 @@ def class_page(
         "parts": parts_table(marks),
         "mistakes": mistakes_table(marks, links),
         "students": students_table(marks, links),
-        "pictures": "".join(
-            f"<h2>{html.escape(name)}</h2>{''.join(row[:MOST_SMALL])}" for name, row in pictures.items()
-        ),
         "settings": html.escape(
             f"Isolation of each submission: {settings.level}. Seed of the inputs: {settings.seed}."
         ),
@@ -180,8 +150,7 @@ def students_table(marks: Sequence[Mark], links: Mapping[str, str]) -> str:
     """One row for each submission."""
     rows = []
     for mark in marks:
-        remarks = [mark.refused] * bool(mark.refused) + [f"imports: {text}" for text in mark.imports]
         cells = {part.name: html_boxes.coloured(part.status, f"{part.earned:g}") for part in mark.parts}
-        cells |= {"remarks": html.escape("; ".join(remarks))}
+        cells |= {"remarks": html.escape(mark.refused)}
         rows.append({"student": links[mark.key], "score": f"<strong>{mark.score:g}</strong>", **cells})
     return page.cards(rows, list(rows[0]))

@@ -1,12 +1,10 @@
 """Grades a class: every submission in a process of its own, part by part, each part beside the solution's other parts.
 
 The grader never loads a submission's code. It sends inputs to the submission's process, compares the numbers that come
-back with those of the solution, and starts the process anew if a part ends it. What was graded is kept: a grader that
-was interrupted goes on where it stopped, as long as neither the submission nor the assignment has changed.
+back with those of the solution, and starts the process anew if a part ends it.
 """
 
-import hashlib
-import json
+import contextlib
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,8 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.teaching import cache
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -32,7 +28,6 @@ from taichi_tracer.teaching.base import (
     PartResult,
 )
 from taichi_tracer.teaching.grading import submissions
-from taichi_tracer.teaching.grading.import_rules import check_imports
 from taichi_tracer.teaching.grading.isolate import (
     SECONDS_TO_LOAD,
     IsolationLevel,
@@ -40,15 +35,14 @@ from taichi_tracer.teaching.grading.isolate import (
     SubmissionProcess,
     WorkerEnded,
 )
-from taichi_tracer.teaching.grading.marks import Mark, mark_of, to_json
-from taichi_tracer.teaching.grading.reference import Reference, fingerprint
+from taichi_tracer.teaching.grading.marks import Mark, to_json
+from taichi_tracer.teaching.grading.reference import Reference
 from taichi_tracer.teaching.grading.submissions import RefusedError, Submission
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
 from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
-KEPT_SHAPE = np.float16  # of pictures for the reports
 
 
 @dataclass(frozen=True)
@@ -85,7 +79,7 @@ def grade_class(
     marks: dict[str, Mark] = {}
     with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
         reference.expected  # noqa: B018 (computed before the threads ask for it)
-        waiting = {pool.submit(grade_or_read, reference, one, settings): one for one in found}
+        waiting = {pool.submit(grade, reference, one, settings): one for one in found}
         try:
             for future in as_completed(waiting):
                 one = waiting[future]
@@ -99,45 +93,28 @@ def grade_class(
     return [marks[one.key] for one in found]
 
 
-def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
-    """The mark of a submission that was graded before, or else a new one, which is kept."""
-    place = kept_at(reference.assignment, submitted, settings.seed)
-    known = read(place)
-    if known is not None:
-        return known
-    mark, pictures = grade(reference, submitted, settings)
-    if not reference.is_stopped:
-        keep(place, mark, pictures)
-    return mark
-
-
 # ── one submission ──
 
 
-def grade(reference: Reference, submitted: Submission, settings: GradingSettings) -> tuple[Mark, dict[str, np.ndarray]]:
-    """The mark of one submission, and the pictures "PART/yours" and so on."""
+def grade(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
+    """The mark of one submission."""
     assignment = reference.assignment
-    blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))
-    pictures: dict[str, np.ndarray] = {}
+    blank = Mark(submitted.key, submitted.student, ())
     with tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True) as work:
         try:
-            unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
+            folder, notes = submissions.unpack(submitted, Path(work) / "files", assignment.files)
         except RefusedError as error:
             missing = PartResult(MISSING, message="nothing was unpacked")
             facts = [(p.name, p.topic, 0.0 if p.is_optional else p.points) for p in assignment.parts]
             parts = [replace(missing, name=name, topic=topic, points=points) for name, topic, points in facts]
-            return replace(blank, parts=tuple(parts), refused=clean(str(error))), pictures
-        import_quickly("taichi_tracer.course.files").correct_notes(unpacked, assignment.name, assignment.files)
-        methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
-        imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
-        with Runner(reference, unpacked.folder, settings) as runner:
-            marks = {p.name: runner.mark(p, pictures) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
+            return replace(blank, parts=tuple(parts), refused=clean(str(error)))
+        with Runner(reference, folder, settings) as runner:
+            marks = {p.name: runner.mark(p) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
             parts = [runner.regrade_picture(part, marks) for part in assignment.parts]
-        found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
-        return replace(blank, parts=tuple(parts), **found), pictures
+        return replace(blank, parts=tuple(parts), notes=tuple(notes), printed=runner.printed)
 
 
-class Runner:
+class Runner(contextlib.AbstractContextManager):
     """Asks a submission's process for one part after the other, and starts it anew where a part has ended it."""
 
     def __init__(self, reference: Reference, folder: Path, settings: GradingSettings) -> None:
@@ -146,14 +123,11 @@ class Runner:
         self._child: SubmissionProcess | None = None
         self._bad: WorkerEnded | None = None  # why the files cannot be loaded
 
-    def __enter__(self) -> "Runner":
-        return self
-
     def __exit__(self, *_error) -> None:
         self._end()
 
-    def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartResult:
-        """The mark of one part; its pictures are added."""
+    def mark(self, part: Part) -> PartResult:
+        """The mark of one part."""
         start = time.perf_counter()
         expected = self.reference.expected[part.name]
         blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
@@ -174,12 +148,12 @@ class Runner:
         if reply.get("only_means") and isinstance(part.judge, Samples):
             part = replace(part, judge=replace(part.judge, only_means=True))
         verdict = judged(part, self.reference.inputs[part.name], answers, expected)
-        for name, picture in verdict.pictures.items():
-            pictures[f"{part.name}/{name}"] = np.clip(np.nan_to_num(picture), 0, 1).astype(KEPT_SHAPE)
+        pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
         is_wanted = self.settings.finds and not self.reference.is_stopped
         is_explained = is_wanted and verdict.status != RIGHT and part.replaces
         findings = self.reference.find(part, answers) if is_explained else ()
-        facts = {"first_wrong": to_json(verdict.first_wrong), "findings": tuple(to_json(findings)), "seconds": seconds}
+        facts = {"first_wrong": to_json(verdict.first_wrong), "findings": tuple(to_json(findings))}
+        facts |= {"pictures": pictures, "seconds": seconds}
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
         return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
 
@@ -249,7 +223,7 @@ class Runner:
         if self._child is not None:
             self._child.end()
             self.reference.running.discard(self._child)
-            self.printed = cut(self.printed + clean(self._child.output, LONGEST_PRINT, lines=True))
+            self.printed += clean(self._child.output, LONGEST_PRINT - len(self.printed), lines=True)
             self._child = None
 
 
@@ -267,37 +241,3 @@ def clean(text: object, longest: int = LONGEST_MESSAGE, lines: bool = False) -> 
     """Text from a stranger, cut, without characters that would change a terminal."""
     kept = "\n" if lines else ""
     return "".join(c if c.isprintable() or c in kept else "\N{REPLACEMENT CHARACTER}" for c in str(text)[:longest])
-
-
-def cut(text: str) -> str:
-    """Text that is not longer than what a report shows."""
-    return text if len(text) <= LONGEST_PRINT else f"{text[:LONGEST_PRINT]}\n… (cut)"
-
-
-# ── what is kept ──
-
-
-def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
-    """Where the mark of a submission is kept, without an ending."""
-    digest = hashlib.sha256(f"{fingerprint(assignment)}/{seed}/{submitted.digest}".encode()).hexdigest()
-    return cache.cache_folder() / "grades" / digest[:32]
-
-
-def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
-    """Keep a mark and its pictures."""
-    cache.keep_arrays(place.with_suffix(".npz"), pictures)
-    cache.keep(place.with_suffix(".json"), json.dumps(mark.facts()).encode())
-
-
-def read(place: Path) -> Mark | None:
-    """The mark that was kept; None if there is none, or if it is damaged."""
-    try:
-        return mark_of(json.loads(place.with_suffix(".json").read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-
-
-def pictures_of(assignment: Assignment, submitted: Submission, seed: int) -> dict[str, dict[str, np.ndarray]]:
-    """Part → "yours", "right" and "difference" of a submission that was graded; {} if they were not kept."""
-    pictures = cache.arrays_in(kept_at(assignment, submitted, seed).with_suffix(".npz")) or {}
-    return cache.parted({name: picture.astype(np.float64) for name, picture in pictures.items()})

@@ -12,7 +12,6 @@ A grader that is root runs every hand-in as another user.
 """
 
 import contextlib
-import importlib.util
 import io
 import json
 import math
@@ -60,7 +59,6 @@ MOST_BYTES = 64 << 20  # of a message
 SIZE = struct.Struct("<Q")  # of a message, before it
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
 SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
-LIBRARIES = ("taichi", "numpy", "PIL", "trimesh", "tqdm", "mapbox_earcut")
 KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
 
 
@@ -164,6 +162,7 @@ class SubmissionProcess:
         self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
         self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
         self.given = str(keep or self._temporary.name)
+        self.folder = self.given if level.name == "limits" else WORK  # in which the hand-in may write
         self._name = os.path.basename(self._temporary.name)
         copies = {"submission": files, f"assignment/{assignment and assignment.name}": assignment, "cache": kernels}
         for name, source in copies.items():
@@ -191,11 +190,6 @@ class SubmissionProcess:
         )
         self._reader = threading.Thread(target=self._read_prints, daemon=True)
         self._reader.start()
-
-    @property
-    def folder(self) -> str:
-        """The folder in which the hand-in may write."""
-        return self.given if self.level.name == "limits" else WORK
 
     def _command(self) -> list[str]:
         """The words that start the isolated process."""
@@ -289,17 +283,13 @@ class SubmissionProcess:
 
     def _why_it_ended(self) -> WorkerEnded:
         """The error for a process that has closed its pipe."""
-        try:
-            code = self._process.wait(SECONDS_TO_END)
-        except subprocess.TimeoutExpired:
-            return WorkerEnded("the process ended")
-        number = -code if code < 0 else max(0, code - 128)
-        if number == signal.SIGXCPU and self.limits is not None:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(SECONDS_TO_END)
+        code = self._process.poll() or 0
+        how = next((one.name for one in signal.Signals if one in (-code, code - 128)), f"exit code {code}")
+        if how == "SIGXCPU" and self.limits is not None:
             return WorkerEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
-        if number:
-            name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
-            return WorkerEnded(f"the process crashed ({name})")
-        return WorkerEnded(f"the process ended itself with the exit code {code}")
+        return WorkerEnded(f"the process ended ({how})")
 
     def hurry(self) -> None:
         """End every process; ``ask`` raises WorkerEnded then. Any thread may call this."""
@@ -358,11 +348,9 @@ def readable() -> tuple[str, ...]:
     """Where Python, the package, its libraries and its scenes are."""
     from taichi_tracer.files import shipped
 
-    specs = [spec for spec in map(importlib.util.find_spec, LIBRARIES) if spec]
     places = {sys.prefix, sys.base_prefix, sys.exec_prefix, str(PACKAGE), str(shipped.scene_data_dir())}
     places |= {os.path.dirname(os.path.realpath(sys.executable))}
     places |= {p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")}
-    places |= {os.path.dirname(p) for spec in specs for p in spec.submodule_search_locations or ()}
     return tuple(places | {os.path.realpath(p) for p in places})
 
 
@@ -420,20 +408,15 @@ def container_words(image: str, given: str, name: str, limits: Limits) -> list[s
 @cache
 def problem_of(level: IsolationLevel) -> str | None:
     """Why a level does not work on this machine, in one line; None if it works. It is tried."""
-    if level.name == "bwrap" and sys.platform != "linux":
-        return "bubblewrap runs on Linux only"
-    if level.name == "bwrap" and shutil.which("bwrap") is None:
-        return "bubblewrap is not installed: apt-get install bubblewrap"
     try:
         child = SubmissionProcess(None, level, Limits())
         child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
         child.end()
-    except OSError as error:
-        return f"Python cannot be started: {error.strerror}"
+    except OSError:
+        return "bubblewrap, which runs on Linux only, is not installed: apt-get install bubblewrap"
     except WorkerEnded as error:
         output = " ".join((child.output or error.reason).split())[-200:]
-        why = "bubblewrap does not work here, perhaps as a container refuses namespaces"
-        return f"{why} ({output})" if level.name == "bwrap" else f"{error.reason} {output}"
+        return f"{level} does not work here, perhaps as a container refuses namespaces ({output})"
     return None
 
 

@@ -17,8 +17,8 @@ class Mark:
 
     Attributes:
         key, student: see ``submissions.Submission``. refused: why it was not unpacked; "" if it was.
-        notes: what the report says about the files. imports: what goes against the rule of imports.
-        level: its isolation. printed: what it printed, cut.
+        notes: what the report says about the files.
+        printed: what it printed, cut.
     """
 
     key: str
@@ -26,8 +26,6 @@ class Mark:
     parts: tuple[PartResult, ...]
     refused: str = ""
     notes: tuple[str, ...] = ()
-    imports: tuple[str, ...] = ()
-    level: str = ""
     printed: str = ""
 
     @property
@@ -59,17 +57,6 @@ class Mark:
 def most_points(marks: Sequence[Mark]) -> float:
     """The points that can be had in a class, with the optional parts that somebody handed in."""
     return max(mark.points for mark in marks)
-
-
-def mark_of(facts: dict) -> Mark:
-    """The mark of what ``Mark.facts`` gave."""
-    values = {name: facts[name] for name in Mark.__dataclass_fields__}
-    parts = []
-    for part in facts["parts"]:
-        chosen = {name: part[name] for name in OF_A_PART}
-        parts.append(PartResult(**chosen | {"findings": tuple(part["findings"])}))
-    values |= {"parts": tuple(parts)}
-    return Mark(**values | {"notes": tuple(facts["notes"]), "imports": tuple(facts["imports"])})
 
 
 def to_json(value: Any) -> Any:

@@ -5,9 +5,9 @@ assignment, the package and the seed alone. They are computed once and kept in t
 kernels, of which every submission gets a copy.
 """
 
+import contextlib
 import hashlib
 import threading
-from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 
@@ -22,27 +22,26 @@ SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
 TRUSTED = IsolationLevel("limits")
 
 
-class Reference:
+class Reference(contextlib.AbstractContextManager):
     """The right answers for one class. Several threads may ask it.
 
     Args:
         assignment: what is graded. seed: decides the inputs.
 
     Attributes:
+        kernels: the folder with the compiled kernels of the solution.
         running: the processes of hand-ins. is_stopped: whether these are ended, and no marks are kept.
     """
 
     def __init__(self, assignment: Assignment, seed: int) -> None:
         self.assignment, self.seed = assignment, seed
         self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
+        self.kernels = self.folder / "cache"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
         self._child: SubmissionProcess | None = None
         self._lock = threading.Lock()
         self.running: set[SubmissionProcess] = set()
         self.is_stopped = False
-
-    def __enter__(self) -> "Reference":
-        return self
 
     def __exit__(self, *_error) -> None:
         with self._lock:
@@ -54,11 +53,6 @@ class Reference:
         for child in list(self.running):
             child.hurry()
 
-    @property
-    def kernels(self) -> Path:
-        """The folder with the kernels that the solution needs."""
-        return self.folder / "cache"
-
     @cached_property
     def expected(self) -> dict[str, Arrays]:
         """Part → the solution's answers.
@@ -67,8 +61,8 @@ class Reference:
             InputError: the solution does not run.
         """
         path = self.folder / f"expected-{self.seed}.npz"
-        found = read(path, self.inputs)
-        if found is None:
+        found = parted(arrays_in(path) or {})
+        if found.keys() != self.inputs.keys():
             with self._lock:
                 found = {part.name: self._answer(part) for part in self.assignment.parts}
                 self._end()  # so that its kernels are written
@@ -127,9 +121,3 @@ def fingerprint(assignment: Assignment) -> str:
         for path in sorted(root.glob("*.py")) + sorted((root / "solution").glob("*.py")):
             digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
-
-
-def read(path: Path, parts: Iterable[str]) -> dict[str, Arrays] | None:
-    """The answers to these parts that were kept; None if some of them are missing, or if the file is damaged."""
-    found = parted(arrays_in(path) or {})
-    return found if found.keys() == set(parts) else None

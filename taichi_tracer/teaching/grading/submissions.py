@@ -6,14 +6,13 @@ its header says, and a link as a text. What operating systems add by themselves 
 around the files, and missing files are normal.
 """
 
-import hashlib
 import io
 import re
 import unicodedata
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePath, PurePosixPath
 
@@ -45,26 +44,6 @@ class Submission:
     path: Path
     key: str
     student: str
-
-    @property
-    def digest(self) -> str:
-        """A number of all bytes that were handed in, and of their names."""
-        digest = hashlib.sha256(self.path.name.encode())
-        for file in [self.path] if self.path.is_file() else sorted(self.path.rglob("*")):
-            if file.is_file() and not file.is_symlink():
-                digest.update(str(file.relative_to(self.path)).encode(errors="replace"))
-                with file.open("rb") as data:
-                    while chunk := data.read(1 << 20):
-                        digest.update(chunk)
-        return digest.hexdigest()
-
-
-@dataclass
-class Unpacked:
-    """The folder that has the files of an assignment, and what the report says about them."""
-
-    folder: Path
-    notes: list[str] = field(default_factory=list)
 
 
 # ── which submissions there are ──
@@ -116,8 +95,11 @@ def is_ignored(path: PurePath) -> bool:
 # ── unpacking ──
 
 
-def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> Unpacked:
+def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> tuple[Path, list[str]]:
     """Unpack or copy a submission into a folder that does not exist.
+
+    Returns:
+        The folder in it that has the files of the assignment, and what is unusual about them, one sentence each.
 
     Raises:
         RefusedError: the submission is not as it may be. What was written until then stays in ``target``.
@@ -189,23 +171,18 @@ def shown(name: object) -> str:
 # ── what is in it ──
 
 
-def look_at(target: Path, files: Sequence[str]) -> Unpacked:
-    """Find the folder that has the assignment's files, and say what is unusual."""
+def look_at(target: Path, files: Sequence[str]) -> tuple[Path, list[str]]:
+    """The folder that has the assignment's files, and what is unusual about it, one sentence each."""
     wanted = {file.casefold(): file for file in files}
     places: dict[Path, list[Path]] = {target: []}
     for path in sorted(target.rglob("*")):
         if path.is_file() and path.name.casefold() in wanted:
             places.setdefault(path.parent, []).append(path)
     folder = min(places, key=lambda p: (-len(places[p]), len(p.parts), str(p)))
-    unpacked = Unpacked(folder)
-    if folder != target:
-        unpacked.notes.append(f"the files are in the folder {shown(folder.relative_to(target))}")
+    notes = [f"the files are in the folder {shown(folder.relative_to(target))}"] if folder != target else []
     for path in places[folder]:
         right = wanted[path.name.casefold()]
         if path.name != right and not path.with_name(right).exists():
-            unpacked.notes.append(f"{shown(path.name)} should be called {right!r}, and is used as this file")
+            notes.append(f"{shown(path.name)} should be called {right!r}, and is used as this file")
             path.rename(path.with_name(right))
-    missing = [file for file in files if not (folder / file).is_file()]
-    if missing:
-        unpacked.notes.append(f"missing: {', '.join(missing)}")
-    return unpacked
+    return folder, notes
