@@ -184,10 +184,7 @@ class Assignment:
 
 def check_parts(name: str, parts: tuple[Part, ...], classes: Mapping[str, str]) -> None:
     """Raise an InputError if the parts of an assignment do not fit together."""
-    names = [part.name for part in parts]
     for part in parts:
-        if names.count(part.name) > 1:
-            raise InputError(f"assignment {name}: two parts are called {part.name!r}")
         if part.replaces and part.replaces not in classes:
             raise InputError(
                 f"assignment {name}: the part {part.name!r} tests the class {part.replaces}, which is in no file: "

@@ -39,14 +39,13 @@ def marked(renderer: Any) -> Any:
 def missing(renderer: Any) -> list[str]:
     """The stubs that the picture of a renderer needs, such as "Camera.generate_ray"."""
     scene = renderer.scene_data
-    objects = [renderer.camera, scene.ray_intersector, renderer, renderer.active, scene.environment]
-    objects += [getattr(renderer.active, "sampler", None), *getattr(scene, "lights", ())]
-    objects += list(getattr(scene.material_library, "brdfs", ()))
-    objects.append(getattr(scene.lamps, "choice", None))
+    objects = [renderer.camera, renderer, renderer.active, scene.ray_intersector, scene.environment]
+    objects += [getattr(renderer.active, "sampler", None), getattr(scene.lamps, "choice", None)]
+    objects += [*getattr(scene, "lights", ()), *scene.material_library.brdfs]
     found: dict[str, None] = {}
-    for one in (one for one in objects if one is not None):
+    for one in objects:
         for cls in type(one).__mro__:
-            if cls.__module__.startswith("taichi_tracer.") or cls is object:
+            if cls.__module__.startswith("taichi_tracer.") or cls.__module__ == "builtins":
                 break
             for name, value in vars(cls).items():
                 if is_shown(name, renderer):

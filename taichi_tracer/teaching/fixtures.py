@@ -4,7 +4,7 @@ A stand-in is made once, by the package's own class. For every class under test 
 class: the fields are shared, and only the tested methods are compiled.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -154,6 +154,11 @@ class PlainIntersector(tt.BruteForceRayIntersector):
         return nearest
 
 
+def on_rows(method: str, names: Sequence[str], answers: Mapping[str, int]) -> Callable[[type, Arrays], Arrays]:
+    """A function that calls one method, which needs no attributes, on every row of some inputs; see ``rows.rows``."""
+    return lambda cls, inputs: rows(getattr(bare(cls), method), inputs, names, answers)
+
+
 OUTSIDE = -1000.0  # what a read beyond the ends of a table gives
 
 
@@ -196,8 +201,15 @@ def read_at(field: ti.template(), place):
 # ── functions for kernels ──
 
 # The members of a hit that students write, as answers of ``rows.rows``.
-HIT = {"is_hit": WHOLE, "is_backfacing": WHOLE, "triangle_id": WHOLE, "material_id": WHOLE}
-HIT |= {"distance": 1, "barycentric_coords": 2, "normal": 3}
+HIT = {
+    "is_hit": WHOLE,
+    "is_backfacing": WHOLE,
+    "triangle_id": WHOLE,
+    "material_id": WHOLE,
+    "distance": 1,
+    "barycentric_coords": 2,
+    "normal": 3,
+}
 
 
 @ti.func

@@ -146,7 +146,6 @@ class Samples(JudgeOfRows):
     Attributes:
         exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
         called: what one input is called in messages.
-        largest_z: the largest |z| that passes.
         only_means: whether samples may be distributed in another way than the solution's, with the same mean: as with
             another way to choose between light and BRDF.
         for_means: the share of the points of samples that have the right means, and another distribution: as with a
@@ -158,7 +157,6 @@ class Samples(JudgeOfRows):
 
     exact: tuple[str, ...] = ()
     called: str = "inputs"
-    largest_z: float = LARGEST_Z
     only_means: bool = False
     for_means: float = 0.0
 
@@ -185,7 +183,7 @@ class Samples(JudgeOfRows):
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs its tests pass."""
         scores = self.scores(answers, expected)
-        return {name: (abs(z) <= self.largest_z).all(axis=1) for name, z in scores.items()}
+        return {name: (abs(z) <= LARGEST_Z).all(axis=1) for name, z in scores.items()}
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
@@ -233,12 +231,12 @@ class Pictures:
     Attributes:
         tolerance: the largest error of a pixel that counts as rounding.
         allowed: the share of the pixels that may differ.
-        largest_z: for random pictures, which have "error" among the answers, the largest error in standard errors.
+
+    In random pictures, which have "error" among the answers, pixels may differ by ``LARGEST_Z`` standard errors more.
     """
 
     tolerance: float = 2e-3
     allowed: float = 0.01
-    largest_z: float = LARGEST_Z
 
     def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
         """(n,) bool: which pixels agree, row by row from the top."""
@@ -249,31 +247,23 @@ class Pictures:
         largest = self.tolerance * np.maximum(1, abs(right))
         if "error" in expected:
             error = np.hypot(np.asarray(answers.get("error", 0), np.float64), np.asarray(expected["error"], np.float64))
-            largest = largest + self.largest_z * error
+            largest = largest + LARGEST_Z * error
         return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
-        agrees = self.agrees(inputs, answers, expected)
-        share = float(agrees.mean())
-        right = np.asarray(expected["picture"], np.float64)
-        yours = answers.get("picture")
+        right, yours = np.asarray(expected["picture"], np.float64), answers.get("picture")
         if np.shape(yours) != right.shape:
             return PartResult(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
+        share = float(self.agrees(inputs, answers, expected).mean())
         yours = np.asarray(yours, np.float64)
         pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
         if share >= 1 - self.allowed:
             return PartResult(RIGHT, 1.0, "the picture is right", {}, pictures)
-        row, column = divmod(int(np.argmin(agrees)), right.shape[1])
-        first = {
-            "input": {"row from the top": row, "column": column},
-            "yours": {"colour": shown(yours[row, column])},
-            "right": {"colour": shown(right[row, column])},
-        }
         _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
         chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
         message = f"{(1 - share):.0%} of the pixels are wrong"
-        return PartResult(WRONG, beyond_chance(share, chance), message, first, pictures)
+        return PartResult(WRONG, beyond_chance(share, chance), message, {}, pictures)
 
 
 def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:
@@ -293,11 +283,7 @@ def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count
 def shown(value: np.ndarray | float) -> object:
     """An array as numbers with six digits: a number, or nested lists."""
     array = np.asarray(value)
-    if array.size == 1:
-        return _digits(array.reshape(-1)[0])
-    return [shown(part) for part in array] if array.ndim > 1 else [_digits(number) for number in array]
-
-
-def _digits(number: object) -> int | float:
-    is_whole = isinstance(number, (int, np.integer, np.bool_))
-    return int(number) if is_whole else float(f"{float(number):.6g}")  # type: ignore[arg-type, call-overload]
+    if array.size != 1:
+        return [shown(part) for part in array]
+    number = array.reshape(-1)[0]
+    return int(number) if array.dtype.kind in "iub" else float(f"{number:.6g}")

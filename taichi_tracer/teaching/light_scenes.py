@@ -38,9 +38,13 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
     """
     down = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float64)
     up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
-    corners = [3 * up, forward * [2, 1, 1] + [0, 1, -2]]
-    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0], forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95]]
-    corners += [down * rng.uniform(0.35, 0.5) + [-0.4, 0.8, 0]]
+    corners = [
+        3 * up,
+        forward * [2, 1, 1] + [0, 1, -2],
+        down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0],
+        forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95],
+        down * rng.uniform(0.35, 0.5) + [-0.4, 0.8, 0],
+    ]
     on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
     on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
@@ -66,12 +70,8 @@ def closed_room(rng: np.random.Generator) -> Arrays:
     count = 9
     is_lamp = np.arange(6)[:, None] == rng.integers(0, 2)
     vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
-    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]  # fronts inside
     faces = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
-    corners = vertices[np.array(faces)]
-    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    is_outward = (outward * corners.mean(axis=1)).sum(axis=1) > 0
-    order = np.where(is_outward[:, None], np.array(faces)[:, ::-1], np.array(faces))
     ray = np.arange(count)
     origin, target = rng.uniform(-0.5, 0.5, (count, 3)), rng.uniform(-0.9, 0.9, (count, 3))
     target[ray, ray % 3] = np.where(ray // 3 % 2, 1, -1)
@@ -79,7 +79,7 @@ def closed_room(rng: np.random.Generator) -> Arrays:
         "origin": origin.astype(np.float32),
         "direction": unit(target - origin).astype(np.float32),
         "vertices": vertices,
-        "faces": order.astype(np.int32),
+        "faces": np.array(faces, np.int32),
         "materials": np.repeat(np.arange(6), 2).astype(np.int32),
         "Kd": np.where(is_lamp, 0, rng.uniform(0.5, 0.9, (6, 3))),
         "Ns": np.array([1.0, 1, 1, 1, 8, 12]),

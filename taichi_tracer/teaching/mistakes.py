@@ -9,7 +9,6 @@ import ast
 import math
 import tempfile
 import time
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +18,10 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.descriptions import describe
-from taichi_tracer.teaching.handout.strip_solution import solved
+from taichi_tracer.teaching.handout.strip_solution import written
 from taichi_tracer.teaching.judges import agree
 from taichi_tracer.teaching.running import answer
-from taichi_tracer.teaching.student_import import OK, Loaded, load_classes, solution_of
+from taichi_tracer.teaching.student_import import OK, load_classes, solution_of
 
 
 def find(
@@ -38,24 +37,21 @@ def find(
     is_right = judge.agrees(inputs, answers, expected)
     if is_right.all():
         return []
-    waiting = list(assignment.mistakes_of(part))
     fitting: list[Mistake] = []
-    now, longest = time.monotonic(), 0.0
-    end = now + seconds
-    while waiting and now + longest < end and not (fitting and seconds < math.inf):
-        mistake = waiting.pop(0)
+    start, longest = time.monotonic(), 0.0
+    for mistake in assignment.mistakes_of(part):
+        begin = time.monotonic()
+        if begin + longest > start + seconds or (fitting and seconds < math.inf):
+            break
         wrong = answers_of(assignment, part, mistake, seed)
-        longest, now = max(longest, time.monotonic() - now), time.monotonic()
-        if wrong is None or judge.agrees(inputs, wrong, expected).all():
-            continue
-        if agree(judge, inputs, answers, wrong).all():
+        longest = max(longest, time.monotonic() - begin)
+        is_wrong = wrong is not None and not judge.agrees(inputs, wrong, expected).all()
+        if is_wrong and agree(judge, inputs, answers, wrong).all():
             fitting.append(mistake)
     if fitting:
         called = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: "
         return [{"names": [one.name], "text": called + one.name, "hint": one.hint} for one in fitting]
-    texts = describe(inputs, judge.means_of(answers), judge.means_of(expected), is_right)
-    if waiting:
-        texts.append(f"{len(waiting)} known mistakes were not compared, because time was up: check again")
+    texts = describe(judge.means_of(answers), judge.means_of(expected), is_right)
     return [{"names": [], "text": text, "hint": ""} for text in texts]
 
 
@@ -71,25 +67,13 @@ def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) 
         return sealed.answers_of_mistake(assignment, mistake)
     key = (assignment.folder, mistake, seed)
     if key not in _answers:
-        changed, inputs = with_mistake(assignment, part, mistake), assignment.inputs(part, seed)
-        with np.errstate(all="ignore"):  # a mistake may divide by 0
-            found = answer(part, changed, solution_of(assignment), inputs, dict(assignment.classes))
+        solution, file = solution_of(assignment), assignment.classes[part.replaces]
+        with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
+            (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
+            changed = load_classes(folder, [file], solution)
+            found = answer(part, changed, solution, assignment.inputs(part, seed), dict(assignment.classes))
         _answers[key] = found.arrays if found.status == OK else None
     return _answers[key]
-
-
-def with_mistake(assignment: Assignment, part: Part, mistake: Mistake) -> Loaded:
-    """The classes of one file of the solution, with a mistake in it. Taichi reads it from a temporary file."""
-    file, text = assignment.classes[part.replaces], changed_source(assignment, part, mistake)
-    folder = Path(tempfile.mkdtemp(dir=work_folder().name))
-    (folder / file).write_text(text, encoding="utf-8")
-    return load_classes(folder, [file], solution_of(assignment))
-
-
-@cache
-def work_folder() -> tempfile.TemporaryDirectory:
-    """A folder that is removed when the process ends."""
-    return tempfile.TemporaryDirectory(prefix="taichi_tracer_mistakes_")
 
 
 def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:
@@ -99,7 +83,7 @@ def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:
         InputError: a text that is to be changed does not stand exactly once in the method.
     """
     path = assignment.solution_folder / assignment.classes[part.replaces]
-    lines = solved(path.read_text(encoding="utf-8"), str(path)).splitlines(keepends=True)
+    lines = written(path.read_text(encoding="utf-8"), str(path), "solved").splitlines(keepends=True)
     first, last = lines_of_body("".join(lines), part, str(path))
     method = "".join(lines[first:last])
     for old, new in mistake.changes:

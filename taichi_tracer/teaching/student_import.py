@@ -1,7 +1,6 @@
 """Loads the classes of a folder: a student's, beside the solution's versions of the other files, or a solution's."""
 
 import ast
-import contextlib
 import re
 import sys
 import traceback
@@ -174,13 +173,10 @@ def compiled(file: Path) -> types.CodeType:
     raw = file.read_bytes()  # Python finds the encoding of bytes
     try:
         tree = ast.parse(raw, str(file))
-    except (SyntaxError, ValueError):
-        is_utf8 = b"\0" not in raw
-        with contextlib.suppress(UnicodeDecodeError):
-            raw.decode("utf-8")
-            if is_utf8:
-                raise
-        raise SyntaxError(NOT_UTF8) from None
+    except (SyntaxError, ValueError) as error:
+        if "utf-8" in str(error) or "null bytes" in str(error):
+            raise SyntaxError(NOT_UTF8) from None
+        raise
     if found := sorted(imports_of_the_kit(tree)):
         raise InputError(f"{found[0]} belongs to the kit that judges: a solution cannot import it")
     return compile(tree, str(file), "exec")
@@ -190,12 +186,11 @@ def imports_of_the_kit(tree: ast.AST) -> set[str]:
     """What a file imports of ``taichi_tracer.teaching``, but for what is made for students."""
     found = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module == KIT:
-            found |= {f"{KIT}.{alias.name}" for alias in node.names} - FOR_STUDENTS
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
-            found |= {name for name in names if name.startswith(f"{KIT}.")}
-    return found
+        if isinstance(node, ast.ImportFrom):
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return {name for name in found - FOR_STUDENTS if name.startswith(f"{KIT}.")}
 
 
 def is_method(name: str, value: object) -> bool:

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.handout.strip_solution import stub_of
+from taichi_tracer.teaching.handout.strip_solution import written
 
 SOURCE = '''"""A file."""
 
@@ -37,7 +37,7 @@ def g():
 
 
 def test_the_stub_has_the_task_and_a_mark_and_nothing_of_the_solution():
-    stub = stub_of(SOURCE, "f.py")
+    stub = written(SOURCE, "f.py", "stub")
     assert "x + 1" not in stub
     assert "helper" not in stub
     assert "z = 3" not in stub
@@ -51,7 +51,7 @@ def test_the_stub_has_the_task_and_a_mark_and_nothing_of_the_solution():
 
 def test_a_file_must_know_the_package_that_a_stub_calls():
     with pytest.raises(InputError, match="f.py: add 'import taichi_tracer as tt'"):
-        stub_of("def f():\n    # BEGIN SOLUTION\n    x = 1\n    # END SOLUTION\n", "f.py")
+        written("def f():\n    # BEGIN SOLUTION\n    x = 1\n    # END SOLUTION\n", "f.py", "stub")
 
 
 @pytest.mark.parametrize(
@@ -66,4 +66,4 @@ def test_a_file_must_know_the_package_that_a_stub_calls():
 )
 def test_a_tag_without_its_partner_is_an_error_with_its_line(source, message):
     with pytest.raises(InputError, match=message):
-        stub_of(source, "a.py")
+        written(source, "a.py", "stub")

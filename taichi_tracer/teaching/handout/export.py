@@ -9,7 +9,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.handout.sealed import seal
-from taichi_tracer.teaching.handout.strip_solution import for_otter, solved, stub_of
+from taichi_tracer.teaching.handout.strip_solution import written
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
 CHECKS = "checks"  # the folder with the answers of a solution that is not handed out
@@ -96,9 +96,9 @@ def make_empty(folder: Path) -> None:
 
 def sources(assignment: Assignment, form: str) -> dict[str, str]:
     """Name → text of every Python file: the "stub", "solved", or the tagged solution for "nbgrader" or "otter"."""
-    change = {"stub": stub_of, "solved": solved, "otter": for_otter}.get(form, lambda text, _file: text)
-    files = sorted(assignment.solution_folder.glob("*.py"))
-    return {path.name: change(path.read_text(encoding="utf-8"), str(path)) for path in files}
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(assignment.solution_folder.glob("*.py"))}
+    is_changed = form != "nbgrader"  # whose tags these are
+    return {path.name: written(text, str(path), form) if is_changed else text for path, text in texts.items()}
 
 
 def record(assignment: Assignment, seed: int) -> dict:

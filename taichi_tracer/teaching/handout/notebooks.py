@@ -25,6 +25,9 @@ from taichi_tracer.teaching.base import Assignment, Part
 from taichi_tracer.teaching.catalogue import SHIPPED
 
 SAMPLES = 16  # of the picture in the end
+MAIN = re.compile(  # of a program such as A1.py: what it does before it shows a renderer in a window
+    r'^def main\(\).*\n(    """.*"""\n)?(?P<steps>(    .*\n|\n)*)    return show\((?P<shown>.*)\)$', re.MULTILINE
+)
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 GRADED = {"grade": False, "locked": False, "schema_version": 3, "solution": False, "task": False}  # what nbgrader reads
 Cell = nbformat.NotebookNode
@@ -170,16 +173,11 @@ def without_imports_of(text: str, stems: set[str], file: str) -> str:
 def picture_cells(program: str, stems: set[str], file: str) -> list[Cell]:
     """What the program shows in its window, as a picture; nothing if its ``main`` does not end with ``show(...)``."""
     text = without_imports_of(program, stems, file)
-    tree = ast.parse(text)
-    for main in (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "main"):
-        match main.body[-1]:
-            case ast.Return(ast.Call(ast.Name("show"), [shown])):
-                body = main.body[ast.get_docstring(main) is not None : -1]
-                used = {node.id for part in (*body, shown) for node in ast.walk(part) if isinstance(node, ast.Name)}
-                imports = (node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom)))
-                needed = [one for one in imports if used & {alias.asname or alias.name for alias in one.names}]
-                segments = (ast.get_source_segment(text, one, padded=True) or "" for one in (*needed, *body))
-                last = f"{ast.get_source_segment(text, shown)}.render({SAMPLES})"
-                source = "\n".join([*(textwrap.dedent(segment) for segment in segments), last])
-                return [new_markdown_cell("## Your picture", id="picture-text"), code("picture", source)]
-    return []
+    main = MAIN.search(text)
+    if main is None:
+        return []
+    imports = [
+        line for line in text.splitlines() if line.startswith(("import ", "from ")) and "import show" not in line
+    ]
+    source = "\n".join([*imports, textwrap.dedent(main["steps"]) + f"{main['shown']}.render({SAMPLES})"])
+    return [new_markdown_cell("## Your picture", id="picture-text"), code("picture", source)]

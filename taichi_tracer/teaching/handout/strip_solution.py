@@ -29,30 +29,17 @@ PLACE, CALL, IMPORT = "# YOUR CODE HERE", "tt.teaching.not_written(", "import ta
 REMINDER = "# delete this line when the method is written"
 
 
-def stub_of(source: str, name: str) -> str:
-    """The student's version of a tagged file.
+def written(source: str, name: str, form: str) -> str:
+    """A tagged file with each solution in one form.
 
     Args:
         name: the name of the file, for messages.
+        form: "stub" for the student's version; "solved" for the solution without its tags and prompts; "otter" for the
+            tags of otter-grader, where what replaces a solution stands behind it, as a text.
 
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    return written(source, name, "stub")
-
-
-def solved(source: str, name: str) -> str:
-    """The tagged file without its tags and prompts."""
-    return written(source, name, "solved")
-
-
-def for_otter(source: str, name: str) -> str:
-    """The tagged file with the tags of otter-grader: what replaces a solution stands behind it, as a text."""
-    return written(source, name, "otter")
-
-
-def written(source: str, name: str, form: str) -> str:
-    """The file with each solution in one form: "solved", "stub" or "otter"."""
     source, owners = source.rstrip("\n") + "\n", methods_by_line(source, name)
     rest = SOLUTION.sub(lambda found: "\n" * found[0].count("\n"), source)  # whose lines have the same numbers
     for number, line in enumerate(rest.splitlines(), start=1):

@@ -73,14 +73,10 @@ def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
 
 def triangles(rng: np.random.Generator, count: int) -> Arrays:
     """Triangles of ordinary shape around the origin, with vertex normals on the side that their winding faces."""
-    corners = np.empty((count, 3, 3))
-    for i in range(count):
-        while True:
-            corners[i] = rng.uniform(-1, 1, (3, 3)) + rng.uniform(-1, 1, 3)
-            edges = corners[i] - np.roll(corners[i], 1, axis=0)
-            area = np.linalg.norm(np.cross(edges[0], edges[1])) / 2
-            if area > 0.35 * np.square(edges).sum() / 12**0.5 / 2:
-                break
+    corners = rng.uniform(-1, 1, (20 * count, 3, 3)) + rng.uniform(-1, 1, (20 * count, 1, 3))
+    edges = corners - np.roll(corners, 1, axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+    corners = corners[area > 0.35 * np.square(edges).sum(axis=(1, 2)) / 12**0.5 / 2][:count]
     face_normal = fixtures.unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     normals = fixtures.unit(face_normal[:, None] + rng.uniform(-0.45, 0.45, (count, 3, 3)))
     return {

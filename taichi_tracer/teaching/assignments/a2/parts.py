@@ -79,12 +79,6 @@ def means(rng: np.random.Generator) -> Arrays:
     }
 
 
-def run_mean(renderer_class: type, inputs: Arrays) -> Arrays:
-    """The mean with the next sample."""
-    renderer = fixtures.bare(renderer_class)
-    return rows(renderer.running_mean, inputs, ["mean", "sample", "count"], {"new mean": 3})
-
-
 # ── the environment ──
 
 ROWS, COLUMNS = 8, 16
@@ -309,10 +303,11 @@ PDF, F_R, FACTOR = (run_values(*COURSE, *value) for value in VALUES)
 M_PDF, M_F_R, M_FACTOR = (run_values(*ROUGH, *value) for value in VALUES)
 FEW, FEW_ROUGH = partial(surfaces, count=12), partial(rough_surfaces, count=12)
 SAME_FACTOR, DRAWN = Numbers(1e-4, called="directions"), Samples(exact=LENGTH, called="surfaces")
+NEXT_MEAN = fixtures.on_rows("running_mean", ["mean", "sample", "count"], {"new mean": 3})
 PARTS = (
     method("Camera.generate_ndc_coords", 3, JITTER, pixels, run_ndc, PIXELS),
     method("Camera.generate_ray", 2, JITTER, pixels, run_ray, RAYS_OF_PIXELS),
-    method("A2Renderer.running_mean", 3, MEAN, means, run_mean, Numbers(1e-4, called="means")),
+    method("A2Renderer.running_mean", 3, MEAN, means, NEXT_MEAN, Numbers(1e-4, called="means")),
     method("Environment.query_ray", 4, SKY, sky, run_sky, Numbers(1e-4, called="directions")),
     method("UniformSampler.sample_direction", 2, DIRECTIONS, repeats, run_uniform, Samples(exact=LENGTH)),
     method("UniformSampler.evaluate_probability", 1, DIRECTIONS, repeats, run_uniform_pdf, Numbers(1e-5)),

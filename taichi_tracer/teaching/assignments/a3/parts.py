@@ -26,11 +26,6 @@ def triangles(rng: np.random.Generator) -> Arrays:
     return {name: rng.uniform(-2, 2, (100, 3)).astype(np.float32) for name in ("v0", "v1", "v2")}
 
 
-def run_area(sampler_class: type, inputs: Arrays) -> Arrays:
-    """The area of each triangle."""
-    return rows(fixtures.bare(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
-
-
 def lights(rng: np.random.Generator) -> Arrays:
     """Five emissive triangles of different size among nine, and four points that they light."""
     size = np.exp(rng.uniform(np.log(0.3), np.log(1.5), 9))[:, None, None]
@@ -120,17 +115,6 @@ def densities(rng: np.random.Generator) -> Arrays:
     names = ("pdf", "other_pdf", "distance", "cos_light")
     low, high = np.array([0.05, 0.05, 0.3, 0.1]), np.array([4.0, 4.0, 5.0, 1.0])
     return dict(zip(names, rng.uniform(low, high, (100, 4)).astype(np.float32).T.copy(), strict=True))
-
-
-def run_conversion(renderer_class: type, inputs: Arrays) -> Arrays:
-    """The densities per solid angle."""
-    renderer = fixtures.bare(renderer_class)
-    return rows(renderer.to_solid_angle, inputs, ["pdf", "distance", "cos_light"], {"pdf_solid_angle": 1})
-
-
-def run_heuristic(renderer_class: type, inputs: Arrays) -> Arrays:
-    """The weights."""
-    return rows(fixtures.bare(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
 
 
 # ── environments ──
@@ -266,14 +250,17 @@ LIGHTS, RENDERER, ENVIRONMENT, IMAGE = "MeshLightSampler", "A3Renderer", "Enviro
 BOTH = fixtures.run_integrators(("environment", "mis"), LIGHT_SAMPLES)
 NUMBERS, AREAS = Numbers(1e-4), Numbers(1e-4, called="triangles")
 TEXELS, DENSITIES = Numbers(1e-6, called="texels"), Numbers(1e-5, called="texels")
+AREA = fixtures.on_rows("compute_triangle_area", ["v0", "v1", "v2"], {"area": 1})
+CONVERSION = fixtures.on_rows("to_solid_angle", ["pdf", "distance", "cos_light"], {"pdf_solid_angle": 1})
+HEURISTIC = fixtures.on_rows("power_heuristic", ["pdf", "other_pdf"], {"weight": 1})
 PARTS = (
-    method(f"{LIGHTS}.compute_triangle_area", 1, POINTS, triangles, run_area, AREAS),
+    method(f"{LIGHTS}.compute_triangle_area", 1, POINTS, triangles, AREA, AREAS),
     method(f"{LIGHTS}.compute_cdf", 2, POINTS, lights, run_cdf, AREAS),
     method(f"{LIGHTS}.sample_emissive_triangle", 2, POINTS, lights, run_choice, Samples(called="sets")),
     method(f"{LIGHTS}.evaluate_probability", 1, POINTS, lights, run_density, NUMBERS),
     method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(exact=("length",), called="points")),
-    method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, run_conversion, NUMBERS),
-    method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, run_heuristic, NUMBERS),
+    method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, CONVERSION, NUMBERS),
+    method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, HEURISTIC, NUMBERS),
     method(f"{RENDERER}.shade_ray", 6, COMBINED, light_scenes.lamp_room, BOTH, Samples(called="rays")),
     method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
     method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),

@@ -8,7 +8,7 @@ from taichi_tracer.ray import offset_origin
 from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
-from taichi_tracer.teaching.rows import rows, samples
+from taichi_tracer.teaching.rows import samples
 
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
 # With so many samples, the nearest known mistakes are 97 and 9 standard errors from the solution, and 6 pass.
@@ -25,12 +25,6 @@ def bounces(rng: np.random.Generator) -> Arrays:
         "cosine": rng.uniform(0.05, 1, 100).astype(f32),
         "pdf": rng.uniform(0.1, 2, 100).astype(f32),
     }
-
-
-def run_throughput(renderer_class: type, inputs: Arrays) -> Arrays:
-    """The throughputs after the bounces."""
-    names = ["throughput", "f_r", "cosine", "pdf"]
-    return rows(fixtures.bare(renderer_class).next_throughput, inputs, names, {"throughput": 3})
 
 
 def games(rng: np.random.Generator) -> Arrays:
@@ -82,8 +76,9 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     return fixtures.lit_cornell_box(classes.A4Renderer, "explicit", tt.MeshLightSampler, inputs)
 
 
+THROUGHPUT = fixtures.on_rows("next_throughput", ["throughput", "f_r", "cosine", "pdf"], {"throughput": 3})
 PARTS = (
-    method("A4Renderer.next_throughput", 2, PATHS, bounces, run_throughput, Numbers(1e-4, called="bounces")),
+    method("A4Renderer.next_throughput", 2, PATHS, bounces, THROUGHPUT, Numbers(1e-4, called="bounces")),
     method("A4Renderer.play_roulette", 2, ROULETTE, games, run_roulette, Samples(called="games")),
     method("A4Renderer.sample_light", 4, EVENTS, light_scenes.lamp_room, run_event, Samples(called="rays")),
     method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays", for_means=0.8)),

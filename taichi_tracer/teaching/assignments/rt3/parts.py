@@ -55,8 +55,10 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box through both cameras, side by side."""
     scene = tt.load_scene_data("cornell_box")
     view = fixtures.view_of(inputs, *inputs)
-    cameras = [classes.PerspectiveCamera(48, 48, fov=60.0, **view)]
-    cameras.append(classes.OrthographicCamera(48, 48, screen_window=(-1.2, 1.2, -1.2, 1.2), **view))
+    cameras = [
+        classes.PerspectiveCamera(48, 48, fov=60.0, **view),
+        classes.OrthographicCamera(48, 48, screen_window=(-1.2, 1.2, -1.2, 1.2), **view),
+    ]
     pictures = [np.asarray(tt.A1Renderer(scene, camera=camera).use("normal").image()) for camera in cameras]
     scene.destroy()
     return {"picture": np.concatenate(pictures, axis=1)}

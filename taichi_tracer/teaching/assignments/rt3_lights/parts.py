@@ -336,10 +336,13 @@ def lit_surfaces(rng: np.random.Generator) -> Arrays:
 def lights_of(lamp: np.ndarray, spot: np.ndarray, strength: np.ndarray) -> list:
     """Two ambient lights, a sun, a lamp and a spot."""
     ambient, more, sun, point, cone = strength.tolist()
-    made: list = [tt.AmbientLight(ambient), tt.AmbientLight(more), tt.DirectionalLight((0.4, -1, 0.3), sun)]
-    made.append(tt.PointLight(lamp.tolist(), point, (0.5, 0.2, 0.6)))
-    made.append(tt.SpotLight(*spot.tolist(), cone, 55, 25, (1, 0, 0.4)))
-    return made
+    return [
+        tt.AmbientLight(ambient),
+        tt.AmbientLight(more),
+        tt.DirectionalLight((0.4, -1, 0.3), sun),
+        tt.PointLight(lamp.tolist(), point, (0.5, 0.2, 0.6)),
+        tt.SpotLight(*spot.tolist(), cone, 55, 25, (1, 0, 0.4)),
+    ]
 
 
 def run_shade(integrator_class: type, inputs: Arrays) -> Arrays:
