@@ -18,8 +18,6 @@ PIXELS = f"""(() => {{ const c = {CANVAS};
   return Array.from(c.getContext("2d").getImageData(0, 0, c.width, c.height).data).join(); }})()"""
 CLICK = "(() => {{ const b = [...document.querySelectorAll('button')].find(b => b.textContent.startsWith('{}'));"
 CLICK += " if (b) b.click(); return Boolean(b); }})()"
-CHOOSE = "(() => {{ const s = document.querySelector('option[value={0}]').closest('select');"
-CHOOSE += " s.value = '{0}'; s.dispatchEvent(new Event('change')); }})()"
 
 
 def until(condition, what):
@@ -49,10 +47,6 @@ class Page:
     def click(self, text):
         """Click on the button that begins with a text."""
         assert self.shown.evaluate(CLICK.format(text)), text
-
-    def choose(self, name):
-        """Choose a name in the menu that has it."""
-        self.shown.evaluate(CHOOSE.format(name))
 
     def box(self, selector):
         """(left, top, right, bottom) of an element in the window."""
@@ -95,9 +89,9 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
             seen = shown.evaluate(PIXELS)
             page.drag((left + 100, top + 100), (left + 180, top + 110))
             until(lambda: shown.evaluate(PIXELS) != seen, "a drag turns nothing")
-            page.choose("material_id")
-            page.until(f"{CANVAS}.dataset.view === 'material_id'", "a choice changes nothing")
-            page.choose("mis")
+            page.click("material_id")
+            page.until(f"{CANVAS}.dataset.view === 'material_id'", "a button changes nothing")
+            page.click("mis")
             page.until("document.querySelector('.tt-strip').innerText.startsWith('compiling mis')", "no word of it")
             page.until(f"{CANVAS}.dataset.view === 'mis'", "no light is shown")
             numbers = "document.querySelector('.tt-numbers').textContent"

@@ -27,6 +27,7 @@ EVENTS: dict[str, dict[str, Any]] = {
     "cancel": {},
     "point": {"column": PIXEL, "row": PIXEL},
     "leave": {},
+    "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
     "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
     "split": {"mode": str},
     "equal": {"by": str},

@@ -9,7 +9,7 @@ const HELP = [
   ["drag", "orbit around the point looked at"],
   ["right button, two fingers, wheel", "nearer, farther"], ["shift and drag", "shift the picture"],
   ["w a s d q e", "move the eye"], ["arrow keys", "move the point looked at"], ["i o", "nearer, farther"],
-  ["r", "reset the camera"], ["z", "zoom into the pixels; dragging then shifts them"],
+  ["r", "reset the camera"], ["z", "zoom into the pixels; dragging then shifts them; at 64× their numbers are shown"],
   ["x", "explain a pixel: choose it in the picture"], ["f", "compare: left or right alone, and both again"],
   ["p", "save the picture"], ["c", "copy the camera as options of the command line"],
   ["m", "hide or show the panel"], ["?", "this help"],
@@ -17,7 +17,8 @@ const HELP = [
 const MOVES = 20; // milliseconds between two events of the pointer
 const POINTS = 60; // milliseconds for which the pointer rests before its pixel is asked for
 const RESIZES = 250; // milliseconds after the last change of the window before the picture gets another size
-const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64]; // 0 fits the picture
+const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64], NUMBERS = 64; // 0 fits the picture; from NUMBERS on, pixels show their numbers
+const LEVELS = 64; // of the histogram
 const WORDS = [[2, "clean"], [6, "slightly grainy"], [20, "grainy"], [Infinity, "very grainy"]]; // up to so many per cent
 const ENDED = "The kernel has ended: run the cell again. This is its last picture.";
 
@@ -36,8 +37,25 @@ const three = value => String(Number(Number(value).toPrecision(3)));
 const two = value => String(Number(Number(value).toPrecision(2)));
 const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
+// A button that opens a box below it; Escape, or a click elsewhere, closes it.
+function menu(text, content, attributes = {}, atEnd = false) {
+  const box = make("div", { hidden: true, class: atEnd ? "tt-end" : null }, ...content);
+  const opener = button(text, () => open(box.hidden), { "aria-expanded": "false", ...attributes });
+  const open = isOpen => {
+    box.hidden = !isOpen;
+    opener.setAttribute("aria-expanded", String(isOpen));
+    if (isOpen) box.querySelector("input, button")?.focus();
+  };
+  const whole = make("div", { class: "tt-menu", onkeydown: event => {
+    if (event.key === "Escape") { open(false); opener.focus(); }
+  } }, opener, box);
+  const elsewhere = event => { if (!event.composedPath().includes(whole)) open(false); };
+  document.addEventListener("pointerdown", elsewhere);
+  return { whole, opener, box, close: () => open(false), end: () => document.removeEventListener("pointerdown", elsewhere) };
+}
+
 function render({ model, el }) {
-  let state = {}, bitmap = null, frames = [], shownAt = 0, last = Promise.resolve();
+  let state = {}, bitmap = null, frames = [], spokenAt = 0, shownAt = 0, last = Promise.resolve();
   let isAsking = false, isCopying = false, pointer = null, pointTimer = 0, zoom = 0, border = 0.5, busySince = 0, strips = 0;
   const shown = {}; // what each part of the page was made of, so that it is made again only when that changes
   const isPage = Boolean(el.closest(".tt-page"));
@@ -68,10 +86,11 @@ function render({ model, el }) {
   // ── the parts of the page ──
 
   const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
-  const mark = make("div", { class: "tt-mark", hidden: true });
-  const divider = make("div", { class: "tt-divider", hidden: true, title: "drag the border; f shows one picture alone" });
+  const mark = make("div", { class: "tt-mark", hidden: true }), values = make("div", { class: "tt-values" });
+  const divider = make("div", { class: "tt-divider", role: "slider", tabindex: 0, hidden: true, "aria-valuemin": 0,
+    "aria-valuemax": 100, "aria-label": "how much of the left picture is shown, in per cent", title: "drag the border; f shows one picture alone" });
   const sides = [0, 1].map(k => make("span", { class: "tt-side", hidden: true, style: k ? "right: 8px" : "left: 8px" }));
-  const section = make("div", { class: "tt-section" }, canvas, mark, ...sides, divider);
+  const section = make("div", { class: "tt-section" }, canvas, values, mark, ...sides, divider);
   const stage = make("div", { class: "tt-stage" }, section);
   const bar = make("progress", { max: 1, "aria-label": "how much of the expected time is over" }), doing = make("span");
   const strip = make("div", { class: "tt-strip", hidden: true }, doing, bar, button("Cancel", () => send({ type: "cancel" })));
@@ -94,21 +113,23 @@ function render({ model, el }) {
   const pace = make("p");
   const zooms = make("select", { "aria-label": "zoom", title: "zoom into the pixels (z)", onchange: () => setZoom(Number(zooms.value)) },
     ...ZOOMS.map(z => make("option", { value: z }, z ? `${z}×` : "fit")));
-  const heading = make("h1");
-  const scenes = make("select", { "aria-label": "scene", title: "another shipped scene", onchange: () => set("scene", scenes.value) });
-  const views = make("select", { "aria-label": "what is shown", title: "what is shown", onchange: () => set("view", views.value) });
+  const heading = make("h1"), sceneList = make("div");
+  const scenes = menu("scene", [sceneList], { title: "another shipped scene" });
+  const search = make("input", { type: "search", "aria-label": "search", placeholder: "search", oninput: () => filter() });
+  const list = make("div");
+  const views = menu("view", [search, list], { title: "what is shown" });
   const compare = make("div", { class: "tt-group", role: "group", "aria-label": "compare two pictures" });
   const compareMore = make("div", { class: "tt-group", role: "group", "aria-label": "what is compared" });
   const explain = button("Explain a pixel", () => ask(!isAsking), { "aria-pressed": "false", title: "every number on the way to a pixel (x)" });
-  const saves = make("div", { class: "tt-group", role: "group", "aria-label": "save" },
-    button("Save", () => send({ type: "save", kind: "png" }), { title: "save the picture as PNG (p)" }),
-    button("EXR", () => send({ type: "save", kind: "exr" }), { title: "save the linear numbers as EXR" }),
-    button("The same again", () => send({ type: "same" }), { title: "the command and the Python that make this picture" }));
+  const saves = menu("Save", [
+    ...["png", "exr"].map(kind => button(`${kind.toUpperCase()} file`, () => { saves.close(); send({ type: "save", kind }); })),
+    button("The same again, as command and Python", () => { saves.close(); send({ type: "same" }); })], { title: "save the picture (p)" }, true);
+  const skip = make("a", { class: "tt-skip", href: "#", onclick: event => { event.preventDefault(); canvas.focus(); } }, "Skip to the picture");
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
-  el.replaceChildren(
-    make("header", { class: "tt-bar" }, heading, scenes, views, compare, compareMore, make("span", { class: "tt-gap" }), explain,
-      button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves,
+  el.replaceChildren(skip,
+    make("header", { class: "tt-bar" }, heading, scenes.whole, views.whole, compare, compareMore, make("span", { class: "tt-gap" }), explain,
+      button("Reset", () => send({ type: "reset" }), { title: "reset the camera (r)" }), saves.whole,
       button("Panel", () => el.classList.toggle("tt-alone"), { title: "hide or show the panel (m)" }),
       button("?", () => showHelp(), { "aria-label": "help", title: "keys and mouse (?)" })),
     make("div", { class: "tt-main" }, stage, strip, scale, panel, drawer),
@@ -169,6 +190,7 @@ function render({ model, el }) {
     const isDouble = state.split?.mode === "sides";
     divider.hidden = !isDouble;
     divider.style.left = `${100 * border}%`;
+    divider.setAttribute("aria-valuenow", Math.round(100 * border));
     sides.forEach((side, k) => {
       side.hidden = !isDouble || (k ? border > 0.97 : border < 0.03);
       if (isDouble) setText(side, `${state.sides[k].view} · ${numbersOf(state.sides[k]).short}`);
@@ -187,7 +209,7 @@ function render({ model, el }) {
     say(`${name} is saved`);
   }
 
-  function say(text) { spoken.textContent = text; } // to a screen reader
+  function say(text) { spoken.textContent = text; spokenAt = performance.now(); }
 
   // ── the line below the picture ──
 
@@ -215,8 +237,9 @@ function render({ model, el }) {
     }
     setText(pace, frames.length > 2 ? `${frames.length} frames/s` : "");
     setText(message, state.lost || state.message || "");
-    showScale(); showPointed(); placeParts();
+    showScale(); showPointed(); showHistogram(); showValues(); placeParts();
     if (!isAll) return;
+    if (now - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
     showScenes();
     showViews(); showPanel(); showChart(); showSplit(); showAnswer();
   }
@@ -238,13 +261,19 @@ function render({ model, el }) {
     scale.replaceChildren(...(map ? [make("span", {}, map.low), make("i"), make("span", {}, `${map.high} ${map.text}`)] : []));
   }
 
-  // ── the pixel under the pointer, and zoom ──
+  // ── the pixel under the pointer, zoom, and the numbers of pixels ──
 
   function showPointed() {
     const { pointed: found } = state, isHere = pointer && found?.column === pointer[0] && found.row === pointer[1];
     const side = state.split?.mode === "sides" && pointer?.[0] >= border * state.width ? 1 : 0;
     const numbers = state.split?.mode === "difference" ? `left ${found?.values[0]}, right ${found?.values[1]}` : found?.values[side];
-    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}` + (isHere ? `: ${numbers}; sees ${found.place}` : ""));
+    setText(pointed, !pointer ? "" : `Column ${pointer[0]}, row ${pointer[1]}: ` + (isHere ? `${numbers}; sees ${found.place}` : `shown as ${bytesAt(...pointer)}`));
+  }
+
+  const single = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+  function bytesAt(column, row) { // what the page knows at once, until the program answers
+    single.drawImage(canvas, -column, -row);
+    return [...single.getImageData(0, 0, 1, 1).data.slice(0, 3)].join(", ");
   }
 
   const box = () => canvas.getBoundingClientRect();
@@ -271,15 +300,60 @@ function render({ model, el }) {
     fit();
     draw();
     [stage.scrollLeft, stage.scrollTop] = [x * canvas.offsetWidth - left, y * canvas.offsetHeight - top];
+    look();
   }
 
+  function look() { // asks for the numbers of the pixels that are in sight
+    if (zoom < NUMBERS) { if (shown.look) send({ type: "look", column: 0, row: 0, columns: 0, rows: 0 }); shown.look = ""; values.replaceChildren(); return; }
+    const [column, row] = [stage.scrollLeft, stage.scrollTop].map(edge => Math.floor(edge / zoom));
+    const [columns, rows] = [stage.clientWidth, stage.clientHeight].map(side => Math.ceil(side / zoom) + 1);
+    if (changed("look", `${column} ${row} ${columns} ${rows} ${state.id}`)) send({ type: "look", column, row, columns, rows });
+  }
+  let lookTimer = 0;
+  stage.onscroll = () => { clearTimeout(lookTimer); lookTimer = setTimeout(look, 120); };
+
+  function showValues() {
+    const { values: found } = state;
+    if (!changed("values", found && zoom >= NUMBERS ? `${zoom} ${JSON.stringify(found)}` : "")) return;
+    const spans = [];
+    if (found && zoom >= NUMBERS) for (let k = 0; k < found.values.length / 3; k++) {
+      const [x, y] = [found.column + k % found.columns, found.row + Math.floor(k / found.columns)];
+      spans.push(make("span", { style: `left: ${x * zoom}px; top: ${y * zoom + zoom / 2 - 15}px; width: ${zoom}px` },
+        found.values.slice(3 * k, 3 * k + 3).map(v => v === null ? "nan" : two(v)).join("\n")));
+    }
+    values.replaceChildren(...spans);
+  }
+
+  // ── how often each level of red, green and blue occurs in the bytes that are shown ──
+
+  const histogram = make("details", { ontoggle: () => showHistogram() }, make("summary", {}, "histogram"), make("div"));
   const chart = make("div"), statistics = make("details", { open: true }, make("summary", {}, "error against seconds"), chart);
+
+  function showHistogram() {
+    if (!histogram.open || !bitmap || (state.kind === "jpeg" && shown.histogram) || !changed("histogram", state.id)) return;
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height), counts = [0, 1, 2].map(() => new Array(LEVELS).fill(0));
+    let [dark, white] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      for (let k = 0; k < 3; k++) counts[k][Math.floor(data[i + k] * LEVELS / 256)]++;
+      if (data[i] + data[i + 1] + data[i + 2] === 0) dark++;
+      if (Math.max(data[i], data[i + 1], data[i + 2]) === 255) white++;
+    }
+    const [w, h] = [280, 90], most = Math.max(...counts.flat()), share = n => `${three(400 * n / data.length)} %`;
+    const lines = counts.map((of, k) => `<polyline class="tt-level${k}" fill="none" stroke-width="1.5" points="`
+      + of.map((n, i) => `${(i * w / (LEVELS - 1)).toFixed(1)},${(h - 2 - (h - 6) * Math.sqrt(n / most)).toFixed(1)}`).join(" ") + '"/>');
+    histogram.lastChild.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="histogram of red, green and blue">`
+      + `<line x1="0" x2="${w}" y1="${h - 1}" y2="${h - 1}" class="tt-grid"/>${lines.join("")}</svg>`
+      + `<p>0 to 255; heights are square roots. Black: ${share(dark)} of the pixels; a channel at 255: ${share(white)}.</p>`;
+  }
 
   // ── two pictures ──
 
   function showSplit() {
     const { split } = state;
     if (!changed("split", JSON.stringify([split, state.sides.map(side => side.view)]))) return;
+    const focused = [compare, compareMore].some(part => part.contains(document.activeElement)) ? document.activeElement.textContent : null;
     const choose = (text, event, isOn, title) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)), title });
     const modes = [["One picture", "off"], ["Compare two", "sides"], ["Difference", "difference"]];
     compare.replaceChildren(...modes.map(([text, mode]) => choose(text, { type: "split", mode }, (split?.mode ?? "off") === mode)));
@@ -289,6 +363,7 @@ function render({ model, el }) {
     make("select", { "aria-label": "what both pictures have the same number of", title: "both pictures get the same number of these",
       onchange: event => send({ type: "equal", by: event.target.value }) },
     ...["samples", "seconds"].map(by => make("option", { value: by, selected: by === split.equal }, `equal ${by}`))));
+    if (focused) [...el.querySelectorAll(".tt-group button")].find(one => one.textContent === focused)?.focus();
     fit();
     draw();
   }
@@ -299,22 +374,41 @@ function render({ model, el }) {
     const { left, width } = box();
     if (divider.hasPointerCapture(event.pointerId)) setBorder((event.clientX - left) / width);
   };
+  divider.onkeydown = event => {
+    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
+    if (step) { event.preventDefault(); setBorder(border + step); }
+  };
 
   // ── what can be chosen ──
 
   function showViews() {
-    if (!changed("views", JSON.stringify([state.offered, state.what, state.view, state.busy, state.message]))) return;
-    views.replaceChildren(...state.offered.map(({ what, names }) => make("optgroup", { label: `${what}s` }, ...names.map(([name, label]) =>
-      make("option", { value: name, title: label, selected: what === state.what && name === state.view }, name)))));
+    setText(views.opener, `${state.view} ▾`);
+    if (!changed("views", JSON.stringify([state.offered, state.what, state.view]))) return;
+    list.replaceChildren(...state.offered.map(({ what, names }) => make("fieldset", {}, make("legend", {}, `${what}s`),
+      ...names.map(([name, label]) => button(name, () => { views.close(); set("view", name); },
+        { title: label, "aria-current": String(what === state.what && name === state.view) })))));
+    filter();
   }
 
   function showScenes() { // where the program can load another one, its name is a menu
-    const canChange = state.scenes.length > 1;
-    scenes.hidden = !canChange;
+    const canChange = state.scenes.length > 1, name = state.scene.split("/").pop();
+    scenes.whole.hidden = !canChange;
     heading.classList.toggle("tt-spoken", canChange);
-    setText(heading, state.scene.split("/").pop());
-    if (changed("scenes", JSON.stringify([state.scenes, state.scene, state.busy, state.message]))) scenes.replaceChildren(
-      ...state.scenes.map(one => make("option", { value: one, selected: one === state.scene }, one)));
+    setText(heading, name);
+    setText(scenes.opener, `${name} ▾`);
+    if (changed("scenes", JSON.stringify([state.scenes, state.scene]))) sceneList.replaceChildren(...state.scenes.map(one =>
+      button(one, () => { scenes.close(); set("scene", one); }, { "aria-current": String(one === state.scene) })));
+  }
+
+  function filter() {
+    const wanted = search.value.trim().toLowerCase();
+    for (const group of list.children) {
+      const found = [...group.querySelectorAll("button")].filter(one => {
+        one.hidden = !`${one.textContent} ${one.title}`.toLowerCase().includes(wanted);
+        return !one.hidden;
+      });
+      group.hidden = !found.length;
+    }
   }
 
   function control({ name, label, help: title, kind, value, names, low, high, step }) {
@@ -347,7 +441,7 @@ function render({ model, el }) {
     const parts = SECTIONS.map(name => [name, state.controls.filter(one => one.section === name).map(control)]).filter(([, found]) => found.length);
     const fitting = button("Expose to fit", () => send({ type: "expose" }), { title: "the exposure that shows the picture well" });
     panel.replaceChildren(...parts.map(([name, found]) => make("details", { open: isOpen(name), "data-section": name }, make("summary", {}, name), ...found,
-      ...(name === "display" && state.controls.some(one => one.name === "exposure") ? [fitting] : []))), statistics);
+      ...(name === "display" && state.controls.some(one => one.name === "exposure") ? [fitting] : []))), statistics, histogram);
     if (focused) panel.querySelector(`[data-name=${focused}]`)?.focus();
   }
 
@@ -409,15 +503,18 @@ function render({ model, el }) {
     const lines = curves.map(([name, points], i) => {
       const colour = COLOURS[i % COLOURS.length];
       const places = points.filter(([s, e]) => s > 0 && e > 0).map(([s, e]) => [x(s).toFixed(1), y(e).toFixed(1), s, e]);
-      const dots = places.map(([cx, cy, s, e]) =>
-        `<circle cx="${cx}" cy="${cy}" r="3" fill="${colour}"><title>${name}: ${three(100 * e)} % after ${three(s)} s</title></circle>`);
+      const dots = places.map(([cx, cy, s, e]) => `<circle cx="${cx}" cy="${cy}" r="2.5" fill="${colour}"/><circle cx="${cx}" cy="${cy}" r="8" `
+        + `fill="transparent"><title>${name}: ${three(100 * e)} % after ${three(s)} s</title></circle>`);
       return `<polyline points="${places.map(([cx, cy]) => `${cx},${cy}`).join(" ")}" fill="none" stroke="${colour}" stroke-width="1.5"/>${dots.join("")}`
         + `<text x="${w - 4}" y="${14 + 14 * i}" text-anchor="end" style="fill:${colour}">${name}</text>`;
     });
-    const ticks = (low, high) => [0.1, 0.37, 0.63, 0.9].map(share => Math.exp(low + share * (high - low)));
+    const ticks = (low, high) => { const found = []; for (let k = Math.floor(low / Math.LN10); k <= Math.ceil(high / Math.LN10); k++)
+      for (const step of high - low > 2 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8]) { const v = step * 10 ** k; if (Math.log(v) >= low && Math.log(v) <= high) found.push(v); } return found; };
     const down = ticks(y0, y1).map(v => `<line x1="${left}" x2="${w}" y1="${y(v)}" y2="${y(v)}" class="tt-grid"/>`
-      + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${two(100 * v)} %</text>`);
-    const across = ticks(x0, x1).map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${two(v)}</text>`);
+      + `<text x="${left - 4}" y="${y(v) + 4}" text-anchor="end">${Number((100 * v).toPrecision(2))} %</text>`);
+    let end = -99;
+    const across = ticks(x0, x1).filter(v => { if (x(v) - end < 34) return false; end = x(v); return true; })
+      .map(v => `<text x="${x(v)}" y="${h - 24}" text-anchor="middle">${Number(v.toPrecision(2))}</text>`);
     const axes = `<path d="M${left} 4V${h - bottom}H${w}" fill="none" stroke="currentColor"/><text x="${(left + w) / 2}" y="${h - 6}" `
       + `text-anchor="middle">seconds of rendering</text><text x="4" y="${h - 6}">RMSE</text>`;
     chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${axes}${lines.join("")}</svg>`;
@@ -505,8 +602,9 @@ function render({ model, el }) {
   return () => {
     clearInterval(watching);
     observer.disconnect();
+    for (const one of [scenes, views, saves]) one.end();
     model.off("msg:custom", listener);
-    for (const timer of [pointTimer, sizeTimer, strips]) clearTimeout(timer);
+    for (const timer of [pointTimer, sizeTimer, lookTimer, strips]) clearTimeout(timer);
     bitmap?.close();
     send({ type: "blur" });
   };

@@ -8,6 +8,7 @@ import numpy as np
 from taichi_tracer.progressive import ProgressiveRenderer
 
 DIGITS = 4
+MOST_VALUES = 4096  # pixels whose numbers are shown at once
 
 
 def numbers_of(values: np.ndarray) -> str:
@@ -35,3 +36,11 @@ def place_of(hit: Any, scene: Any) -> str:
     material = scene.mesh.materials[hit.material_id].name
     position = ", ".join(f"{x:.{DIGITS}g}" for x in hit.position)
     return f"({position}), {hit.distance:.{DIGITS}g} away: {material}, primitive {hit.triangle_id}"
+
+
+def linear_values(renderer: ProgressiveRenderer, column: int, row: int, columns: int, rows: int) -> dict[str, Any]:
+    """The numbers of a region of pixels, row by row: red, green and blue, with three digits; none of too many."""
+    part = renderer.image()[row : row + rows, column : column + columns]
+    few = part.reshape(-1).tolist() if part.size <= 3 * MOST_VALUES else []
+    values = [float(f"{value:.3g}") if np.isfinite(value) else None for value in few]
+    return {"column": column, "row": row, "columns": part.shape[1], "values": values}

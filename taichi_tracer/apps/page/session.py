@@ -26,7 +26,7 @@ from taichi_tracer.apps.page.compare_view import DIFFERENCE, OFF, CompareView
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.events import OF_HOSTS
 from taichi_tracer.apps.page.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.page.pixel_probe import look_at
+from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.preview import Preview, current
 from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
 from taichi_tracer.apps.pictures import first_renderer
@@ -46,7 +46,7 @@ TRIES = 5  # moving pictures that are tried, until their size is as coarse as th
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 SIDES = ("left", "right")  # of two pictures
-POINTING = ("point", "leave")  # events that change nothing of the picture
+POINTING = ("point", "leave", "look")  # events that change nothing of the picture
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
 
 
@@ -97,6 +97,7 @@ class Session(Channel):
         self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
         self.pointed: tuple[int, int] | None = None  # the pixel under the pointer
+        self.region: tuple[int, ...] | None = None  # column, row, columns and rows whose numbers a page shows
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
@@ -396,6 +397,10 @@ class Session(Channel):
         """Show the numbers of no pixel."""
         self.pointed = None
 
+    def on_look(self, column: int, row: int, columns: int, rows: int) -> None:
+        """Show the numbers of a region of pixels; of none where it has no columns."""
+        self.region = (column, row, columns, rows) if columns > 0 else None
+
     def on_size(self, width: int, height: int) -> None:
         """Give the picture the size of the page."""
         size = width, height
@@ -403,7 +408,7 @@ class Session(Channel):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.state = self.state.resized(int(width * scale), int(height * scale))
-        self.preview, self.pointed, self.explained = Preview(), None, None
+        self.preview, self.pointed, self.explained, self.region = Preview(), None, None, None
         self._is_cold, self._framed = True, ()
 
     def on_split(self, mode: str) -> None:
@@ -486,6 +491,7 @@ class Session(Channel):
             "sides": sides,
             "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
             "pointed": pointed,
+            "values": None if self.region is None or self.is_moving else linear_values(self.renderer, *self.region),
         }
 
     def look_at_error(self) -> None:
@@ -514,7 +520,14 @@ class Session(Channel):
     @property
     def beside(self) -> tuple:
         """What is shown beside the picture, and changes nothing of it."""
-        return self.message, self.explanation, self._answers, self.pointed, self.choice and self.choice.began
+        return (
+            self.message,
+            self.explanation,
+            self._answers,
+            self.pointed,
+            self.region,
+            self.choice and self.choice.began,
+        )
 
     def bring_details_up_to_date(self) -> None:
         """Make the details again if something of them has changed."""
