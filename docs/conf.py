@@ -1,12 +1,13 @@
 """The site that Sphinx makes of this folder: sphinx-build -W docs build/site."""
 
+import hashlib
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
+TOP = Path(__file__).parents[1]
+sys.path[:0] = [str(TOP / "docs"), str(TOP)]
 
 from jupyter_cache import get_cache  # noqa: E402
-from site_pictures import FOLDER, PACKAGE  # noqa: E402
 
 import taichi_tracer  # noqa: E402
 
@@ -27,8 +28,10 @@ html_math_renderer = "mathml"
 myst_heading_anchors = 4
 nb_merge_streams = True  # what a loop prints is one output
 # A notebook is executed again when it or the package has changed.
+SOURCES = sorted((*TOP.glob("taichi_tracer/**/*.py"), *TOP.glob("scene_data_dir/**/*.obj")))
+PACKAGE = hashlib.sha256(b"".join(path.read_bytes() for path in SOURCES)).hexdigest()[:16]
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "cache", 300, True
-nb_execution_cache_path = str(FOLDER / f"notebooks_{PACKAGE.hex()[:16]}")
+nb_execution_cache_path = str(TOP / "docs" / "_made" / f"notebooks_{PACKAGE}")
 get_cache(nb_execution_cache_path).list_cache_records()  # makes its tables before the processes that read pages start
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units

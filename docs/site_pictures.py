@@ -1,11 +1,11 @@
-"""Pictures of the site that are made while it is built, each with its command and its seconds.
+"""Pictures of the site that commands make, each with its command and its seconds.
 
     ```{picture} taichi-tracer render cornell_box --estimator path --size 480x360
     :alt: what somebody hears who cannot see it
     One sentence.
     ```
 
-They are kept in the folder ``_made``, and made again when the command or the package has changed.
+They are kept in the folder ``gallery``. A build makes those that are missing: delete a file, and it is made again.
 """
 
 import hashlib
@@ -20,27 +20,19 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.parsers.rst import Directive, directives
+from PIL import Image
 from sphinx.application import Sphinx
 
 TOP = Path(__file__).parent.parent
-FOLDER = Path(__file__).parent / "_made"
+FOLDER = Path(__file__).parent / "gallery"
 COMMAND = re.compile(r"^```\{picture\} taichi-tracer (render .+)$", re.MULTILINE)
 AT_ONCE = 2  # commands: one compiles while the other one renders
-SECONDS = 300
-
-
-def fingerprint() -> bytes:
-    """What the bits of the package's pictures depend on."""
-    files = sorted((*TOP.glob("taichi_tracer/**/*.py"), *TOP.glob("scene_data_dir/**/*.obj")))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).digest()
-
-
-PACKAGE = fingerprint()
+SECONDS, QUALITY = 300, 90
 
 
 def place_of(command: str) -> Path:
     """The file of a command's picture; what the command printed is beside it, as .txt."""
-    return FOLDER / (hashlib.sha256(PACKAGE + command.encode()).hexdigest()[:16] + ".png")
+    return FOLDER / (hashlib.sha256(command.encode()).hexdigest()[:12] + ".jpg")
 
 
 def make(command: str) -> None:
@@ -61,13 +53,12 @@ def make(command: str) -> None:
         (made,) = list(Path(folder).glob("*.png")) or [None]
         if done.returncode != 0 or made is None:
             raise RuntimeError(f"taichi-tracer {command}: {done.stderr.strip()[-500:]}")
-        place.with_suffix(".txt").write_text(done.stdout.strip().splitlines()[0], encoding="utf-8")
-        made.rename(place)
+        place.with_suffix(".txt").write_text(facts_of(done.stdout.strip().splitlines()[0]) + "\n", encoding="utf-8")
+        Image.open(made).convert("RGB").save(place, quality=QUALITY)
 
 
-def facts_of(command: str) -> str:
-    """Size, samples and seconds of a picture, as the command printed them."""
-    line = place_of(command).with_suffix(".txt").read_text(encoding="utf-8")
+def facts_of(line: str) -> str:
+    """Size, samples and seconds of a picture, of the line that the command printed."""
     what, _, times = line.partition(": ")[2].partition(" (start ")
     total = re.search(r"total ([\d.]+ s)", times)
     return what.partition(", error ")[0] + (f", {total[1]}" if total else "")
@@ -82,7 +73,7 @@ def make_all(app: Sphinx) -> None:
         list(pool.map(make, sorted(commands)))
     wanted = {place_of(command).stem for command in commands}
     for path in FOLDER.iterdir():
-        if path.stem not in wanted and path.suffix in (".png", ".txt"):
+        if path.stem not in wanted:
             path.unlink()
 
 
@@ -96,10 +87,11 @@ class PictureOfCommand(Directive):
         """The figure."""
         command = self.arguments[0].removeprefix("taichi-tracer ")
         figure = nodes.figure(classes=["shot"])
-        figure += nodes.image(uri=f"/_made/{place_of(command).name}", alt=self.options["alt"])
+        figure += nodes.image(uri=f"/gallery/{place_of(command).name}", alt=self.options["alt"])
         figure += nodes.caption(text=" ".join(self.content))
         code = nodes.literal_block(text=f"taichi-tracer {command}", language="sh")
-        figure += nodes.legend("", code, nodes.paragraph(text=facts_of(command)))
+        facts = place_of(command).with_suffix(".txt").read_text(encoding="utf-8").strip()
+        figure += nodes.legend("", code, nodes.paragraph(text=facts))
         return [figure]
 
 
