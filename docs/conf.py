@@ -22,7 +22,7 @@ extensions = [
     "site_pictures",
     "site_reference",
 ]
-exclude_patterns = ["images", "_made", "**/.ipynb_checkpoints"]
+exclude_patterns = ["images", "gallery", "**/.ipynb_checkpoints"]
 myst_fence_as_directive = ["math"]
 html_math_renderer = "mathml"
 myst_heading_anchors = 4
@@ -31,7 +31,7 @@ nb_merge_streams = True  # what a loop prints is one output
 SOURCES = sorted((*TOP.glob("taichi_tracer/**/*.py"), *TOP.glob("scene_data_dir/**/*.obj")))
 PACKAGE = hashlib.sha256(b"".join(path.read_bytes() for path in SOURCES)).hexdigest()[:16]
 nb_execution_mode, nb_execution_timeout, nb_execution_raise_on_error = "cache", 300, True
-nb_execution_cache_path = str(TOP / "docs" / "_made" / f"notebooks_{PACKAGE}")
+nb_execution_cache_path = str(TOP / "build" / f"notebooks_{PACKAGE}")
 get_cache(nb_execution_cache_path).list_cache_records()  # makes its tables before the processes that read pages start
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes and units
