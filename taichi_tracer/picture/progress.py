@@ -80,15 +80,17 @@ class Target:
 
 @dataclass(repr=False)
 class Progress:
-    """The progress of a rendering. Times are in seconds; those of single passes separate compilation from rendering.
+    """The progress of a rendering.
 
     Attributes:
         target: the targets that end the rendering.
         samples: the number of samples per pixel, on average.
-        pilot: what a pilot took before, of an adaptive picture: seconds and compile_seconds.
+        pilot: the ``Progress`` of what was rendered before, of an adaptive picture.
         error: the last estimate of the error; NaN before the first estimate.
         looks: (samples, relative error) of each estimate.
         place: where it is rendered, in words; "" for this process.
+        seconds: of rendering and of estimating the error, with those of the pilot, without compilation.
+        compile_seconds: in which kernels were read, and translated or loaded.
     """
 
     target: Target
@@ -97,14 +99,16 @@ class Progress:
     error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
     looks: list[tuple[float, float]] = field(default_factory=list)
     place: str = ""
-    _compiling: list[tuple[float, float]] = field(default_factory=list)
-    _on_kernels: float = 0.0
-    _later: float = 0.0
+    seconds: float = 0.0
+    compile_seconds: float = 0.0
     _recent: list[float] = field(default_factory=list)
     _of_pass: float = 1
     _look_seconds: float = 0.0
-    _first_look: float = 0.0
     _next_look: float = 2
+
+    def __post_init__(self) -> None:
+        if self.pilot is not None:
+            self.seconds, self.compile_seconds = self.pilot.seconds, self.pilot.compile_seconds
 
     def __repr__(self) -> str:
         words = [f"{self.samples:g} samples"]
@@ -114,34 +118,26 @@ class Progress:
             words.append(f"error {self.error}")
         return f"Progress({', '.join(words)})"
 
-    def took(
-        self, seconds: float, samples: float = 1, compiles: bool = False, on_kernels: float = 0.0, passes: int = 1
-    ) -> None:
+    def took(self, seconds: float, samples: float = 1, on_kernels: float = 0.0, passes: int = 1) -> None:
         """Record one more pass over all pixels, or several at once.
 
         Args:
             seconds: the time of the passes, without that of their kernels.
-            samples: the number of samples that a pixel took in a pass, on average; 0 if the time was a preparation.
-            compiles: whether kernels may have been compiled in this time.
-            on_kernels: seconds in which they were read, and translated or loaded, as far as this is known.
+            samples: the number of samples that a pixel took in a pass, on average.
+            on_kernels: seconds in which kernels were read, and translated or loaded.
             passes: how many passes these were.
         """
         for _ in range(passes):  # rounded in every pass, so that it does not matter how many are rendered at once
             self.samples += samples
-        self._on_kernels += on_kernels
-        if compiles:
-            self._compiling.append((seconds, passes * samples))
-        else:
-            self._later += seconds
-            self._recent = [*self._recent[1 - RECENT :], seconds / (passes * samples)]
-            self._of_pass = samples
+        self.seconds += seconds
+        self.compile_seconds += on_kernels
+        self._recent = [*self._recent[1 - RECENT :], seconds / (passes * samples)]
+        self._of_pass = samples
 
     @property
     def seconds_per_sample(self) -> float:
         """The median time of the last passes, without compilation, for one sample of every pixel on average."""
-        if self._recent:
-            return float(np.median(self._recent))
-        return min((seconds / samples for seconds, samples in self._compiling if samples > 0), default=math.nan)
+        return float(np.median(self._recent)) if self._recent else math.nan
 
     def passes_until_a_look(self, most: int) -> int:
         """How many passes to take until somebody looks: at most so many, and those that are left until a target."""
@@ -157,46 +153,25 @@ class Progress:
             left.append((self._next_look - self.samples) / self._of_pass)
         return max(1, int(min(left)))
 
-    @property
-    def compile_seconds(self) -> float:
-        """The time of reading and translating kernels, and the additional time of the passes that compiled.
-
-        The latter is 0 as long as no other passes exist for comparison.
-        """
-        before = self._on_kernels + (0.0 if self.pilot is None else self.pilot.compile_seconds)
-        if not self._recent:
-            return before
-        usual = self.seconds_per_sample
-        return before + self._first_look + sum(max(0.0, s - samples * usual) for s, samples in self._compiling)
-
-    @property
-    def seconds(self) -> float:
-        """The time of rendering and of estimating the error, without compilation."""
-        compiling = sum(seconds for seconds, _ in self._compiling)
-        spent = self._on_kernels + compiling + self._first_look + self._later + self._look_seconds
-        if self.pilot is not None:
-            spent += self.pilot.seconds + self.pilot.compile_seconds
-        return spent - self.compile_seconds
-
     def look(self, estimate) -> None:
         """Estimate the error with ``estimate()``, if an estimate is due; near the target, it is due more often."""
         n = self.samples
         if n < self._next_look or (self.target.error is None and self.seconds < LOOKS_AFTER):
             return
-        start = perf_counter()
+        start, on_kernels = perf_counter(), compiling.seconds_spent()
         self.error = estimate()
-        seconds = perf_counter() - start
-        if self.looks:
-            self._look_seconds += seconds
-        else:
-            self._first_look = seconds  # the first estimate compiles its kernels
+        on_kernels = compiling.seconds_spent() - on_kernels
+        seconds = perf_counter() - start - on_kernels
+        self.seconds += seconds
+        self.compile_seconds += on_kernels
+        self._look_seconds += seconds
         self.looks.append((n, float(self.error)))
         if self.target.error is not None:
             least, most = STEPS
             later = max(1, least * n, min(most * n, self.samples_left))  # most * n, if the latter is NaN
             self._next_look = n + (n if n < FIRST_ERROR else later)  # 2, 4, 8 samples show how the error falls
         else:
-            cost = self._look_seconds / max(1, len(self.looks) - 1)
+            cost = self._look_seconds / len(self.looks)
             self._next_look = n + max(1, cost / (COST_OF_LOOKING * self.seconds_per_sample))
 
     @property
@@ -296,10 +271,9 @@ def render_until(renderer, target: Target, watch=None) -> None:
         if looks:
             ti.sync()
         renderer.film.samples += passes
-        compiles = progress.samples == 0
         on_kernels = compiling.seconds_spent() - on_kernels
         seconds = max(0.0, perf_counter() - start - on_kernels)
-        progress.took(seconds, renderer.shares.mean, compiles or on_kernels > 0, on_kernels, passes)
+        progress.took(seconds, renderer.shares.mean, on_kernels, passes)
         if looks and renderer.is_random:
             progress.look(renderer.error)
         if not renderer.is_random and (target.error is not None or target.time is not None):

@@ -17,7 +17,7 @@ def simulate(power, target, per_sample=0.01):
     """A rendering whose error falls as n^power exactly; returns [(samples, predicted total seconds)], and the end."""
     progress, predictions = Progress(Target(error=target)), []
     while not progress.is_done:
-        progress.took(per_sample + (1.0 if progress.samples == 0 else 0.0), compiles=progress.samples == 0)
+        progress.took(per_sample, on_kernels=1.0 if progress.samples == 0 else 0.0)
         progress.look(lambda: told(progress.samples**power))
         predictions.append((progress.samples, progress.seconds + progress.seconds_left))
     return predictions, progress
@@ -42,11 +42,11 @@ def test_the_first_target_ends_it():
     progress = Progress(Target(spp=5, time=1.0))
     for _ in range(5):
         assert not progress.is_done
-        progress.took(0.1, compiles=progress.samples == 0)
+        progress.took(0.1)
     assert progress.is_done
     slow = Progress(Target(spp=1000, time=1.0))
     while not slow.is_done:
-        slow.took(0.1, compiles=slow.samples == 0)
+        slow.took(0.1)
     assert slow.samples == 10
     assert slow.seconds_left < 0.05
 
