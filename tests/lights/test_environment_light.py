@@ -221,6 +221,14 @@ def test_tables_are_the_cumulative_power_of_rows_and_texels(rng):
     assert (columns[:, -1] == 1).all()
 
 
+def test_what_is_almost_even_is_sampled_as_a_whole(rng):
+    """Above its mean is only noise of the texels, of which a picture would sample nothing else."""
+    image = np.ones((8, 16, 3)) + 1e-4 * rng.random((8, 16, 1))
+    whole = sampling_tables(image, "nearest", np.float64)
+    for one, other in zip(sampling_tables(image, "nearest", np.float64, compensates=True), whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_compensated_tables_are_those_of_the_light_above_its_mean(rng):
     """max(0, luminance − mean) × solid angle, by hand; the mean is that over the sphere."""
     image = random_image(rng, 4, 8).astype(np.float64)
