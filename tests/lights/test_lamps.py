@@ -133,3 +133,21 @@ def test_the_number_and_the_choice_of_lamps_are_told():
     assert repr(scene.lamps) == "Lamps(2 surfaces, chosen by area)"
     with pytest.raises(tt.InputError, match="lamp choice 'nearest'"):
         square(lamp_choice="nearest")
+
+
+@pytest.mark.parametrize("estimator", ["environment", "mis"])
+def test_a_sphere_lights_the_floor_below_it(estimator):
+    """E = π L (R/d)² below its centre (PBR, 4th edition, 6.2.4); a matte floor reflects Kd E / π."""
+    radius, height, Kd, Ke = 0.5, 2.0, 0.6, 3.0
+    mesh = Mesh(
+        vertices=np.array([[-4, 0, 4], [4, 0, 4], [4, 0, -4], [-4, 0, -4]], float),
+        faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+        face_materials=np.zeros(2, np.int32),
+        materials=[tt.Material("floor", Kd=(Kd,) * 3), tt.Material("lamp", Kd=(0,) * 3, Ke=(Ke,) * 3)],
+        spheres=np.array([[0, height, 0, radius]]),
+        sphere_ids=np.array([2], np.int32),
+        sphere_materials=np.array([1], np.int32),
+    )
+    scene = tt.SceneData(mesh, view={"eye": (0, 1, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.1})
+    image = tt.A3Renderer(scene, 4, 4).use(estimator).render(1024).image()
+    assert image.mean() == pytest.approx(Kd * Ke * (radius / height) ** 2, rel=0.01)
