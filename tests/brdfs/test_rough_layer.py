@@ -30,6 +30,18 @@ def test_it_is_what_the_base_and_the_layer_reflect(kd, f0, alpha, f32, rng):
     np.testing.assert_allclose(weight, found * w_i[:, 2:] / pdf[:, None], rtol=1e-4)
 
 
+@pytest.mark.parametrize(("kd", "f0", "alpha"), [(0.5, 0.04, 0.3), (0.4, 0.5, 0.4)])
+def test_samples_have_the_density_that_it_says(kd, f0, alpha, f32, rng):
+    """The mean of h/pdf over samples is ∫ h dω, for h = z and h = x² (4 σ, fixed numbers)."""
+    made, w_o = One(material(kd, f0, alpha), RoughLayer()), np.array([0.6, 0, 0.8])
+    w_i = made.sample(0, w_o, N, rng.random((200_000, 2)))
+    _, pdf, _ = made.values(0, w_o, N, w_i)
+    is_above = w_i[:, 2] > 0
+    for h, integral in ((w_i[:, 2], np.pi), (w_i[:, 0] ** 2, 2 * np.pi / 3)):
+        quotient = np.where(is_above, h / np.where(is_above, pdf, 1), 0)
+        assert abs(quotient.mean() - integral) < 4 * quotient.std() / np.sqrt(len(quotient))
+
+
 def test_without_a_base_it_has_the_layers_value(f32, rng):
     w_o, w_i = above(rng, 100), above(rng, 100)
     plain = One(Material(F0=(0.9, 0.9, 0.9), alpha_x=0.3, alpha_y=0.3)).values(0, w_o, N, w_i)[0]
