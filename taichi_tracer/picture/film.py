@@ -435,11 +435,12 @@ class Film:
 
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
-        for name, field in self._sums().items():
+        for name in (*self._sums(), "rare"):
             if name not in arrays:
                 raise InputError(
                     f"{source}: it has no {name}: its samples are of another kind of sampler, or of another version"
                 )
+        for name, field in self._sums().items():
             shape = self.memory.read(field).shape
             if arrays[name].shape != shape:
                 raise InputError(f"{source}: {name} has the shape {arrays[name].shape}, and not {shape}")
