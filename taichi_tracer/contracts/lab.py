@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import trimesh
 
 from taichi_tracer.system import runtime
 
@@ -96,6 +95,8 @@ def write(found: ti.template(), i, j, column: ti.template(), value):
 
 def sphere(columns=16, rows=9, radius=1.0, centre=(0, 0, 0)):
     """A closed sphere with its poles on the y axis; 2·columns·(rows − 1) triangles, fronts outside."""
+    import trimesh  # here, because it takes a second, and ``check`` needs no sphere
+
     made = trimesh.creation.uv_sphere(radius, count=[rows, columns // 2])
     return made.vertices[:, [1, 2, 0]] + np.asarray(centre, float), made.faces.astype(np.int32)
 
