@@ -1,10 +1,12 @@
 """Which bounces count: their names, which of them can be added up, and the shortest paths that are enough."""
 
+import numpy as np
 import pytest
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.integrators.controls import BouncesControl
-from taichi_tracer.integrators.path_settings import MOST_BOUNCES, PathSettings, check_terms, in_words
+from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms, in_words
 from taichi_tracer.settings import name_of_bounces
 
 
@@ -71,3 +73,15 @@ def test_controls_are_those_that_have_an_effect(settings):
     assert names(max_bounces=0) == ["max_bounces"]
     assert names(bounces=(0, 0)) == ["max_bounces", "bounces"]
     assert settings.controls()[1] == BouncesControl("bounces", (0, 0), 0)
+
+
+def test_a_path_goes_on_with_the_probability_of_the_roulette(settings):
+    """Before its start always; then with 1 − q, or with the largest throughput, which is at most ``MOST_SURVIVAL``."""
+    throughput = np.array([[0.2, 0.5, 0.1], [3.0, 1.0, 1.0]])
+    depth = np.array([4, 4])
+    survival = Rows(settings.survival, (WHOLE, 3), (1,))
+    settings.set(rr_start_bounce=3, rr_termination_probability=0.3, roulette="course")
+    np.testing.assert_allclose(np.ravel(survival(depth, throughput)), 0.7, rtol=1e-6)
+    np.testing.assert_allclose(np.ravel(survival(depth - 1, throughput)), 1.0)
+    settings.set(roulette="throughput")
+    np.testing.assert_allclose(np.ravel(survival(depth, throughput)), [0.5, MOST_SURVIVAL], rtol=1e-6)
