@@ -102,7 +102,7 @@ class SuiteResult:
 
 
 def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
-    """The modes that a level tries, of the precisions that a backend has; in part, no fast_math and no f64 by force."""
+    """The modes of a level, in the precisions that a backend has; in part, no fast_math, and no brute force in f64."""
     modes = all_modes(with_plain=LEVELS[level].has_plain)
     if arch not in ("auto", *runtime.F64_ARCHS):
         modes = [mode for mode in modes if mode.precision == "f32"]
@@ -247,8 +247,7 @@ def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
     verdicts = []
     is_usual = size.is_whole or mode.precision == "f32"
     estimators = None if size.is_whole else ("brdf",) if is_usual else ()
-    only_short, paths = not size.is_whole and (mode.fast_math or not is_usual), size.paths if is_usual else ()
-    for case in all_renderer_cases(estimators, only_short, paths):
+    for case in all_renderer_cases(estimators, not is_usual, size.paths if is_usual else ()):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
         verdicts.append(replace(verdict_of(mode, promise, case.name, tried, findings), mode=name))

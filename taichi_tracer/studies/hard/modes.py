@@ -126,7 +126,7 @@ T_ERROR_NOT_WIDENED = {"t_unit": 32, "t_sliver": 1e6, "t_grazing": 1e6, "t_far":
 ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
 EVERYTHING = frozenset(COUNTS)
 # Without f64, the sign of an edge function is unknown where both of its products round to the same number.
-WIDENED = frozenset({"edge_leaks", "vertex_leaks", "false_hits"})
+NEED_F64 = frozenset({"edge_leaks", "vertex_leaks", "false_hits"})
 WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
 
 
@@ -136,7 +136,7 @@ def promise_of(mode: RayMode) -> Promise:
         return WITH_FAST_MATH
     zero = ZERO.get(mode.triangle_test, EVERYTHING)
     if not runtime.has_f64():
-        zero -= WIDENED
+        zero -= NEED_F64
     if not mode.is_watertight and not runtime.can("separate roundings"):
         zero -= {"wrong"}  # a product and a sum with one rounding: u may be below 0 on an edge
     return Promise(zero, T_ERROR if runtime.can_widen() else T_ERROR_NOT_WIDENED)
