@@ -16,7 +16,7 @@ import numpy as np
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, SharedScene, seconds_of
-from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
+from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, renderer_cases
 from taichi_tracer.studies.hard.modes import (
     COUNTS,
     DEFAULT,
@@ -147,7 +147,7 @@ def run(
                 started, machine = start, machine or machine_facts()  # of f32: a GPU without f64 leaves that to the CPU
                 if renderer:
                     progress("renderer")
-                    verdicts += renderer_verdicts(mode, size)
+                    verdicts += renderer_verdicts(mode, level)
             progress(str(mode))
             row, found = run_mode(mode, size, stages, rays, references)
             rows.append(row)
@@ -240,14 +240,12 @@ def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
     return total
 
 
-def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
+def renderer_verdicts(mode: RayMode, level: str) -> list[CaseVerdict]:
     """The cases of the rest of the renderer; without fast_math each promises that nothing is wrong."""
     name = f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}"
     promise = Promise() if mode.fast_math else Promise(zero=frozenset(COUNTS))
     verdicts = []
-    is_usual = size.is_whole or mode.precision == "f32"
-    estimators = None if size.is_whole else ("brdf",) if is_usual else ()
-    for case in all_renderer_cases(estimators, not is_usual, size.paths if is_usual else ()):
+    for case in renderer_cases(level, mode.precision):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
         verdicts.append(replace(verdict_of(mode, promise, case.name, tried, findings), mode=name))
@@ -305,12 +303,14 @@ def mode_rows(result: SuiteResult) -> list[dict[str, str]]:
 
 def case_rows(result: SuiteResult) -> list[dict[str, str]]:
     """A row for every case in the default mode: what could break, and what happened."""
-    known = {case.name: type(case).__doc__ or "" for case in [*all_cases(), *all_renderer_cases()]}
+    known: dict[str, str | None] = {case.name: type(case).__doc__ for case in all_cases()}
+    for one in renderer_cases("full", "f32"):
+        known[one.name] = getattr(one.check, "func", one.check).__doc__
     promise = promise_of(DEFAULT)
     return [
         {
             "case": verdict.case,
-            "what could break": " ".join(known.get(verdict.case, "").split("\n\n")[0].split()),
+            "what could break": " ".join((known.get(verdict.case) or "").split("\n\n")[0].split()),
             "": verdict.word,
             "found": found_in_words(verdict, promise),
         }

@@ -4,22 +4,22 @@ import time
 import warnings
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.geometry import Mesh, unit
-from taichi_tracer.ray import RayHits, offset_origin, ray_from
+from taichi_tracer.ray import Ray, RayHits, offset_origin
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
 from taichi_tracer.studies.hard.modes import RayMode
-from taichi_tracer.system import runtime
 
 LAST_XI = 1 - 2.0**-24  # the largest random number
 ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by and still hit it, see ``false_hits``
@@ -103,14 +103,24 @@ class CaseTally:
         self.wrong, self.nan = self.wrong + int(np.sum(wrong)), self.nan + nan
 
 
-class RendererCase(ABC):
-    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words."""
+# From which level on a case of the rest of the renderer is tried: in every precision, from "quick", "default", "full".
+EVERYWHERE, QUICK, USUAL, LARGE = range(4)
+
+
+@dataclass(frozen=True)
+class RendererCase:
+    """One thing that goes wrong in naive code outside of the search for hits.
+
+    Attributes:
+        name: what the table calls it.
+        check: tries things and counts what is wrong, given a ``CaseTally`` and ε. Its docstring begins with what could
+            break.
+        cost: one of ``EVERYWHERE``, ``QUICK``, ``USUAL``, ``LARGE``.
+    """
 
     name: str
-
-    @abstractmethod
-    def check(self, found: CaseTally, epsilon: float) -> None:
-        """Try things, and count what is wrong."""
+    check: Callable[[CaseTally, float], None]
+    cost: int = QUICK
 
     def judge(self, epsilon: float) -> dict[str, float]:
         """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
@@ -119,46 +129,43 @@ class RendererCase(ABC):
         return vars(found)
 
 
+RENDERER_CASES: list[RendererCase] = []  # in the order of their definition
+
+
+def renderer_case(name: str, cost: int = QUICK) -> Callable:
+    """Make the function that follows the ``check`` of a ``RendererCase``."""
+
+    def add(check: Callable[[CaseTally, float], None]) -> Callable[[CaseTally, float], None]:
+        RENDERER_CASES.append(RendererCase(name, check, cost))
+        return check
+
+    return add
+
+
 @ti.data_oriented
 class Probe:
     """Questions about single triangles that a scene is not asked from Python."""
 
     def __init__(self, scene: SceneData) -> None:
         self.geometry, self.intersector = scene.geometry, scene.ray_intersector
+        self.left, self.met = Rows(self.leave, (WHOLE, 2, 3), (3,)), Rows(self.meet, (3, 3, WHOLE), (1,))
 
-    @ti.kernel
-    def leave(
-        self,
-        ids: ti.types.ndarray(ndim=1),
-        barycentrics: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        origins: ti.types.ndarray(ndim=2),
-    ):
-        """Where a ray starts that leaves triangle i at (u, v), on the side that its direction points to."""
-        for i in range(ids.shape[0]):
-            v0, v1, v2 = self.geometry.triangle(ids[i])
-            p, error = self.geometry.position(ids[i], barycentrics[i, 0], barycentrics[i, 1])
-            n = unit(stable_normal(v0, v1, v2))
-            d = tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2])
-            origin = offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
-            for k in ti.static(range(3)):
-                origins[i, k] = origin[k]
+    @ti.func
+    def leave(self, triangle_id, barycentrics, d):
+        """Where a ray starts that leaves a triangle at (u, v), on the side that its direction points to."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        p, error = self.geometry.position(triangle_id, barycentrics.x, barycentrics.y)
+        n = unit(stable_normal(v0, v1, v2))
+        return offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
 
-    @ti.kernel
-    def meet(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        ids: ti.types.ndarray(ndim=1),
-        distance: ti.types.ndarray(ndim=1),
-    ):
-        """t of ray i on triangle i alone, as exact as that of a nearest hit; ∞ where it misses."""
-        for i in range(ids.shape[0]):
-            ray = ray_from(origins, directions, i)
-            hit = self.intersector.with_exact_distance(
-                ray, self.intersector.intersect_triangle(ray, ids[i]), 0.0, tm.inf
-            )
-            distance[i] = ti.select(hit.is_hit, hit.distance, tm.inf)
+    @ti.func
+    def meet(self, origin, direction, triangle_id):
+        """t of a ray on a triangle alone, as exact as that of a nearest hit; ∞ where it misses."""
+        ray = Ray(origin=origin, direction=direction)
+        hit = self.intersector.with_exact_distance(
+            ray, self.intersector.intersect_triangle(ray, triangle_id), 0.0, tm.inf
+        )
+        return ti.select(hit.is_hit, hit.distance, tm.inf)
 
 
 class CaseInScene:
@@ -186,24 +193,11 @@ class CaseInScene:
 
     def meet(self, rays: CaseRays, ids: np.ndarray) -> np.ndarray:
         """t of every ray on one own triangle each, whatever lies before it; ∞ where it misses."""
-        dtype = runtime.dtype()
-        distance = np.empty(len(rays), dtype)
-        ids = np.ascontiguousarray(ids + self.first, np.int32)
-        if len(ids) > 0:
-            self.probe.meet(_rows(rays.origins), _rows(rays.directions), ids, distance)
-        return distance
+        return self.probe.met(rays.origins, rays.directions, ids + self.first)
 
     def leave(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Origins of rays that leave own triangles."""
-        origins = np.empty((len(ids), 3), runtime.dtype())
-        ids = np.ascontiguousarray(ids + self.first, np.int32)
-        if len(ids) > 0:
-            self.probe.leave(ids, _rows(barycentrics), _rows(directions), origins)
-        return origins
-
-
-def _rows(values) -> np.ndarray:
-    return np.ascontiguousarray(values, runtime.dtype())
+        return self.probe.left(ids + self.first, barycentrics, directions)
 
 
 def false_hits(on: CaseInScene, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:

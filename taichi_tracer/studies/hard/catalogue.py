@@ -1,11 +1,12 @@
 """All cases: of triangles and rays, of the rest of the renderer; and how many rays each level sends."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.studies.hard import instance_cases, path_cases
-from taichi_tracer.studies.hard.case import Case, RendererCase
+from taichi_tracer.studies.hard import instance_cases, path_cases, surface_cases, view_cases  # noqa: F401 (their cases)
+from taichi_tracer.studies.hard.case import EVERYWHERE, LARGE, QUICK, RENDERER_CASES, USUAL, Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
 from taichi_tracer.studies.hard.many_triangles import (
     AxisParallel,
@@ -18,18 +19,9 @@ from taichi_tracer.studies.hard.many_triangles import (
     Windows,
 )
 from taichi_tracer.studies.hard.modes import RayMode
-from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals, OwnBrdf
+from taichi_tracer.studies.hard.shading_cases import OF_BRDFS, furnace, own_brdf
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
-from taichi_tracer.studies.hard.surface_cases import SURFACES
-from taichi_tracer.studies.hard.view_cases import (
-    EnvironmentDirections,
-    EnvironmentLight,
-    ExtremeCameras,
-    ImpossibleCameras,
-)
 from taichi_tracer.system.parts.registry import PARTS
-
-LARGE = (*path_cases.LARGE, *instance_cases.LARGE)
 
 
 @dataclass(frozen=True)
@@ -42,7 +34,6 @@ class Level:
         edge_rays: of the long run, at edges only, with accelerators and without fast_math.
         is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
         has_plain: whether the plain hierarchy is tried too; building it takes a minute for the largest scene.
-        paths: the cases of light that bounces, and those that take a minute.
     """
 
     rays: int
@@ -50,7 +41,6 @@ class Level:
     edge_rays: int
     is_whole: bool = True
     has_plain: bool = False
-    paths: tuple[type[RendererCase], ...] = path_cases.USUAL
 
     def covers(self, stage: str, mode: RayMode) -> bool:
         """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
@@ -62,9 +52,9 @@ class Level:
 
 
 LEVELS = {
-    "quick": Level(40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
+    "quick": Level(40_000, 6_000_000, 0, is_whole=False),
     "default": Level(400_000, 60_000_000, 4_000_000),
-    "full": Level(2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *LARGE)),
+    "full": Level(2_000_000, 300_000_000, 100_000_000, has_plain=True),
 }
 
 
@@ -101,25 +91,16 @@ def all_cases() -> list[Case]:
     ]
 
 
-SHORT = (ImpossibleCameras, EnvironmentDirections, Brdfs)
-LONG = (Accumulation, ExtremeCameras, EnvironmentLight, OppositeNormals, *SURFACES, *instance_cases.INSTANCES)
+def renderer_cases(level: str, precision: str) -> list[RendererCase]:
+    """The cases of the rest of the renderer that a level tries in a precision; one for each BRDF of your own.
 
-
-def all_renderer_cases(
-    estimators: tuple[str, ...] | None = None,
-    only_short: bool = False,
-    paths: tuple[type[RendererCase], ...] = (*path_cases.USUAL, *LARGE),
-) -> list[RendererCase]:
-    """A new one of every case of the rest of the renderer; one for each BRDF of your own.
-
-    The furnace is tried with the named estimators, or with all.
-
-    Args:
-        only_short: leave out those that take a second or more to compile.
-        paths: which cases of light that bounces, and of those that take a minute.
+    The furnace is tried with every estimator of direct light; in the quick level, with one, and in f32 only.
     """
-    own = [OwnBrdf(brdf) for brdf in brdfs_of(()) if not PARTS.comes_with_package(brdf)]
-    if only_short:
-        return [*(case() for case in SHORT), *own]
-    furnaces = [Furnace(e) for e in A2Renderer.offered() if estimators is None or e.name in estimators]
-    return [*(case() for case in (*SHORT, *LONG)), *own, *furnaces, *(case() for case in paths)]
+    most = {"quick": QUICK if precision == "f32" else EVERYWHERE, "default": USUAL, "full": LARGE}[level]
+    own = [brdf for brdf in brdfs_of(()) if not PARTS.comes_with_package(brdf)]
+    estimators = [e.name for e in A2Renderer.offered() if most >= USUAL or e.name == "brdf"]
+    cases = [case for case in RENDERER_CASES if case.cost <= most]
+    cases += [RendererCase(f"BRDF {brdf.name}: {OF_BRDFS}", partial(own_brdf, brdf)) for brdf in own]
+    if most > EVERYWHERE:
+        cases += [RendererCase(f"furnace: {name}", partial(furnace, name)) for name in estimators]
+    return cases
