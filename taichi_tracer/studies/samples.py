@@ -7,19 +7,18 @@ proportion to the solid angle of the cells; importance sampling fills it in prop
 
 import copy
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.environment import Environment
 from taichi_tracer.files.drawing import COLOURS, png_of
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.system import runtime
@@ -40,7 +39,7 @@ class Counts:
         name: of the technique.
         cells: (height, width) int64, how many samples went into each cell of the map, top row first.
         seconds: of taking them, without the time of compiling and of counting.
-        lamps: (L,) int64, how many chose each lamp of a scene; None for an environment.
+        lamps: (L,) int64, how many chose each lamp of a scene, up to the last one chosen; empty for an environment.
         deviation: the standard deviation of one sample of the light that arrives, if nothing blocks it, divided by its
             mean; NaN for an environment.
     """
@@ -48,8 +47,8 @@ class Counts:
     name: str
     cells: np.ndarray
     seconds: float
-    lamps: np.ndarray | None = None
-    deviation: float = float("nan")
+    lamps: np.ndarray
+    deviation: float
 
     @property
     def total(self) -> int:
@@ -73,132 +72,79 @@ class Counts:
         return [(int(i), float(self.lamps[i] / self.lamps.sum())) for i in order if self.lamps[i] > 0]
 
 
-@ti.func
-def cell_of(d, width, height):
-    """The number of the cell of a map that contains a direction; the first row is at the top."""
-    u, v = 0.5 + ti.atan2(d.z, d.x) / (2 * tm.pi), 0.5 + ti.asin(ti.min(ti.max(d.y, -1.0), 1.0)) / tm.pi
-    column = ti.min(ti.max(ti.cast(ti.floor(u * width), ti.i32), 0), width - 1)
-    row = ti.min(ti.max(ti.cast(ti.floor((1 - v) * height), ti.i32), 0), height - 1)
-    return row * width + column
+def cells_of(directions: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """(rows, columns) how many of (n, 3) unit directions are in each cell of a map, the top row first."""
+    u = 0.5 + np.arctan2(directions[:, 2], directions[:, 0]) / (2 * np.pi)
+    from_top = 0.5 - np.arcsin(np.clip(directions[:, 1], -1, 1)) / np.pi
+    return np.histogram2d(from_top, u, size[::-1], [(0, 1), (0, 1)])[0].astype(np.int64)
 
 
 @ti.data_oriented
-class _Directions:
-    """Directions of both techniques as numbers of cells."""
-
-    def __init__(self, environment: Environment) -> None:
-        # Only directions are asked for, which depend on no effect of a scene.
-        self.light, self.numbers = EnvironmentLight(environment, effects=None), IndependentSampler()
-        self.light.prepare()
-
-    @ti.kernel
-    def take(
-        self,
-        is_uniform: ti.template(),
-        seed: ti.u32,
-        first: ti.u32,
-        size: ti.types.vector(2, ti.i32),
-        cells: ti.types.ndarray(ndim=1),
-    ):
-        for i in cells:
-            x, y = self.numbers.point(seed, ti.u32(0), first + ti.cast(i, ti.u32), ti.u32(0))
-            d = tm.vec3(0)
-            if ti.static(is_uniform):
-                d = uniform_sphere(tm.vec2(x, y))
-            else:
-                d, _ = self.light.sample_direction(tm.vec2(x, y))
-            cells[i] = cell_of(d, size[0], size[1])
-
-
-@ti.data_oriented
-class _Choices:
-    """Samples of the lamps of a scene from one point: the lamp, the cell of the direction, and the light."""
+class _Choice:
+    """Samples of the lamps of a scene from a point."""
 
     def __init__(self, lamps: Lamps) -> None:
-        self.lamps, self.numbers = lamps, IndependentSampler()
+        self.lamps = lamps
         lamps.prepare()
 
-    @ti.kernel
-    def take(
-        self,
-        x: tm.vec3,
-        n: tm.vec3,
-        seed: ti.u32,
-        first: ti.u32,
-        size: ti.types.vector(2, ti.i32),
-        found: ti.types.ndarray(ndim=2),
-        light: ti.types.ndarray(ndim=1),
-    ):
-        """Columns of ``found``: the lamp, and the cell."""
-        for i in light:
-            index = first + ti.cast(i, ti.u32)
-            a, b = self.numbers.point(seed, ti.u32(0), index, ti.u32(0))
-            found[i, 0], _, _ = self.lamps.choice.choose(x, n, a)
-            w_i, _, radiance, pdf = self.lamps.sample_from(x, n, tm.vec2(a, b))
-            found[i, 1] = cell_of(w_i, size[0], size[1])
-            light[i] = radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
+    @ti.func
+    def take(self, xi, x, n):
+        """The direction, the lamp, and the light that arrives if nothing blocks it, over the density."""
+        lamp, _, _ = self.lamps.choice.choose(x, n, xi.x)
+        w_i, _, radiance, pdf = self.lamps.sample_from(x, n, xi)
+        return w_i, lamp, radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
 
 
-def counted(
-    take: Callable[[int, int], np.ndarray], count: int, size: tuple[int, int], tell: Callable[[int], None]
-) -> tuple[np.ndarray, float]:
-    """(rows, columns) how many samples are in each cell, and the seconds of taking them.
+def counted(name: str, take: Rows, count: int, size: tuple[int, int], seed: int, *given) -> Counts:
+    """The counts of a technique.
 
     Args:
-        take: (the number of the first sample, how many) → their cells.
+        take: two random numbers and what is ``given`` → direction; of lamps, see ``_Choice.take``.
+        size: columns and rows of the map.
     """
-    totals, seconds = np.zeros(size[0] * size[1], np.int64), 0.0
+    rng, cells, seconds = np.random.default_rng(seed), np.zeros(size[::-1], np.int64), 0.0
+    lamps, sums = np.zeros(0, np.int64), np.zeros(2)
+    take(np.full(2, 0.5), *given)  # compiles
     for first in range(0, count, CHUNK):
+        n = min(CHUNK, count - first)
+        table = np.hstack([rng.random((n, 2), np.float32), *(np.tile(one, (n, 1)) for one in given)])
         start = time.perf_counter()
-        cells = take(first, min(CHUNK, count - first))
+        directions, *of_lamps = (answers[:, 0].astype(np.float64) for answers in take.calls(table))
         seconds += time.perf_counter() - start
-        totals += np.bincount(cells, minlength=len(totals))
-        tell(len(cells))
-    return totals.reshape(size[::-1]), seconds
+        cells += cells_of(directions, size)
+        if len(of_lamps) == 2:
+            found = np.bincount(of_lamps[0].astype(int), minlength=len(lamps))
+            lamps = found + np.pad(lamps, (0, len(found) - len(lamps)))
+            sums += of_lamps[1].sum(), np.square(of_lamps[1]).sum()
+    mean, square = sums / count
+    deviation = float(np.sqrt(max(0.0, square - mean**2)) / mean) if mean > 0 else float("nan")
+    return Counts(name, cells, seconds, lamps, deviation)
 
 
 def environment_counts(
-    environment: Environment,
-    count: int = 1_000_000,
-    size: tuple[int, int] = MAP_SIZE,
-    seed: int = 0,
-    tell: Callable[[int], None] = lambda samples: None,
+    environment: Environment, count: int = 1_000_000, size: tuple[int, int] = MAP_SIZE, seed: int = 0
 ) -> list[Counts]:
     """Uniform directions against importance sampling of an environment.
 
     Args:
         count: samples of each technique. size: columns and rows of the maps.
-        tell: called with the number of samples after each chunk.
     """
     runtime.ensure()
     check_count(count)
-    directions, found = _Directions(environment), []
-    for name in (UNIFORM, IMPORTANCE):
-
-        def take(first: int, n: int, name: str = name) -> np.ndarray:
-            cells = np.empty(n, np.int32)
-            directions.take(name == UNIFORM, seed, first, size, cells)
-            return cells
-
-        take(0, 1)  # compiles
-        found.append(Counts(name, *counted(take, count, size, tell)))
-    return found
+    light = EnvironmentLight(environment, effects=None)  # only for directions, which depend on no effect of a scene
+    light.prepare()
+    kinds = {UNIFORM: Rows(uniform_sphere, (2,), (3,)), IMPORTANCE: Rows(light.sample_direction, (2,), (3, 1))}
+    return [counted(name, take, count, size, seed) for name, take in kinds.items()]
 
 
 def lamp_counts(
-    scene: SceneData,
-    point,
-    normal,
-    count: int = 1_000_000,
-    size: tuple[int, int] = MAP_SIZE,
-    seed: int = 0,
-    tell: Callable[[int], None] = lambda samples: None,
+    scene: SceneData, point, normal, count: int = 1_000_000, size: tuple[int, int] = MAP_SIZE, seed: int = 0
 ) -> list[Counts]:
     """The lamps of a scene that each registered choice of lamps takes for one point.
 
     Args:
         point, normal: (3,) of the surface that is lit.
-        count, size, seed, tell: as for ``environment_counts``.
+        count, size, seed: as for ``environment_counts``.
 
     Raises:
         InputError: no surface of the scene emits light.
@@ -206,25 +152,11 @@ def lamp_counts(
     check_count(count)
     if scene.lamps.count == 0:
         raise InputError(f"{scene.source}: no surface emits light: give a scene in which a material has Ke > 0")
-    x, normal_of_point, dtype = tm.vec3(*map(float, point)), tm.vec3(*map(float, normal)), runtime.dtype()
     found = []
     for choice in PARTS.all("lamp choice"):
-        choices = _Choices(Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided))
-        chosen: list[np.ndarray] = []
-        light: list[np.ndarray] = []
-
-        def take(first: int, n: int, choices=choices, chosen=chosen, light=light) -> np.ndarray:
-            sampled, values = np.empty((n, 2), np.int32), np.empty(n, dtype)
-            choices.take(x, normal_of_point, seed, first, size, sampled, values)
-            chosen.append(np.bincount(sampled[:, 0], minlength=scene.lamps.count))
-            light.append(np.array([values.sum(dtype=np.float64), np.square(values, dtype=np.float64).sum()]))
-            return sampled[:, 1]
-
-        take(0, 1)  # compiles
-        cells, seconds = counted(take, count, size, tell)
-        mean, square = np.sum(light[1:], axis=0) / count
-        deviation = float(np.sqrt(max(0.0, square - mean**2)) / mean) if mean > 0 else float("nan")
-        found.append(Counts(choice.name, cells, seconds, np.sum(chosen[1:], axis=0), deviation))
+        lamps = Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided)
+        take = Rows(_Choice(lamps).take, (2, 3, 3), (3, WHOLE, 1))
+        found.append(counted(choice.name, take, count, size, seed, point, normal))
     return found
 
 
@@ -234,28 +166,27 @@ def check_count(count: int) -> None:
         raise InputError(f"samples: count must be from 1 to {MOST_SAMPLES:,}, not {count:,}")
 
 
-def centre_of_view(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:
-    """(point, normal) of what the scene's view shows in its middle.
+def lit_point(scene: SceneData, point=None) -> tuple[np.ndarray, np.ndarray]:
+    """(point, normal) of the surface that the eye sees at a point: (0, 1, 0) where it sees none there.
+
+    Args:
+        point: (3,); None is what the scene's view shows in its middle.
 
     Raises:
-        InputError: there is nothing.
+        InputError: there is nothing in the middle.
     """
-    eye, at = (np.asarray(scene.view[name], np.float64) for name in ("eye", "at"))
+    eye, at = np.asarray(scene.view["eye"], np.float64), np.asarray(scene.view["at"] if point is None else point, float)
+    if np.array_equal(eye, at):
+        return at, np.array([0.0, 1, 0])
     hits = scene.intersect(eye, at - eye)
-    if not hits.is_hit[0]:
+    place, normal = eye + hits.distance[0] * (at - eye), hits.normal[0].astype(np.float64)
+    if point is None and not hits.is_hit[0]:
         raise InputError(f"{scene.source}: the middle of the view shows no surface: give a point (--point X Y Z)")
-    return eye + hits.distance[0] * (at - eye), hits.normal[0].astype(np.float64)
-
-
-def normal_at(scene: SceneData, point) -> np.ndarray:
-    """The normal of the surface at a point that the eye sees; (0, 1, 0) where it sees no surface at this point."""
-    eye, point = np.asarray(scene.view["eye"], np.float64), np.asarray(point, np.float64)
+    if point is None:
+        return place, normal
     size = np.linalg.norm(scene.geometry.high - scene.geometry.low)
-    if np.linalg.norm(point - eye) > 0:
-        hits = scene.intersect(eye, point - eye)
-        if hits.is_hit[0] and abs(hits.distance[0] - 1) * np.linalg.norm(point - eye) < 1e-3 * size:
-            return hits.normal[0].astype(np.float64)
-    return np.array([0.0, 1, 0])
+    is_there = hits.is_hit[0] and np.linalg.norm(place - at) < 1e-3 * size
+    return at, normal if is_there else np.array([0.0, 1, 0])
 
 
 # ── as text ──

@@ -4,7 +4,6 @@ from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.notes import PICTURE_FOLDER
@@ -102,8 +101,7 @@ def of_environment(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
     """(lines of text, name → PNG) for an environment."""
     environment = load_environment(args.what)
     runtime.ensure()
-    with progress(2 * args.count) as bar:
-        found = samples.environment_counts(environment, args.count, args.size, args.seed, bar.update)
+    found = samples.environment_counts(environment, args.count, args.size, args.seed)
     title = f"{Path(args.what).stem}, {environment.width}x{environment.height}"
     lines = [f"{title}: {args.count:,} samples, counted in {args.size[0]}x{args.size[1]} cells", ""]
     lines += samples.map_table(found)
@@ -113,14 +111,10 @@ def of_environment(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
 def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
     """(lines of text, name → PNG) for the lamps of a scene."""
     scene = load_scene_data(args.what)
-    point, normal = args.point, args.normal
-    if point is None:
-        point, found_normal = samples.centre_of_view(scene)
-    else:
-        found_normal = samples.normal_at(scene, point)
-    normal = found_normal if normal is None else np.asarray(normal) / np.linalg.norm(normal)
-    with progress(len(PARTS.all("lamp choice")) * args.count) as bar:
-        found = samples.lamp_counts(scene, point, normal, args.count, args.size, args.seed, bar.update)
+    point, normal = samples.lit_point(scene, args.point)
+    if args.normal is not None:
+        normal = np.asarray(args.normal) / np.linalg.norm(args.normal)
+    found = samples.lamp_counts(scene, point, normal, args.count, args.size, args.seed)
     where = f"from {vector(point)} with the normal {vector(normal)}"
     lines = [f"{Path(args.what).stem}, {scene.lamps.count:,} lamps: {args.count:,} samples {where}", ""]
     lines += [*samples.choice_table(found), "", *samples.top_table(found, scene, TOP), ""]
@@ -136,11 +130,6 @@ def maps(args: Namespace, found: list[samples.Counts]) -> dict[str, bytes]:
     """Name → PNG of each map; all have the same scale."""
     brightest, of = max(one.cells.max() for one in found), Path(args.what).stem
     return {one.name: samples.map_png(one, int(brightest), f"{of}: {one.total:,} samples, {one.name}") for one in found}
-
-
-def progress(total: int) -> tqdm:
-    """A bar on stderr, if that is a terminal."""
-    return tqdm(total=total, unit=" samples", unit_scale=True, disable=None, leave=False)
 
 
 def vector(values) -> str:
