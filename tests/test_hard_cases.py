@@ -91,12 +91,12 @@ def test_the_watertight_test_passes(precision, intersector):
 
 def test_promises():
     strict = Promise(frozenset(COUNTS), {"t_unit": 4})
-    assert strict.is_kept("nan", 0, 1e-7)
-    assert strict.is_kept("nan", 1, 1e-7) is False
-    assert strict.is_kept("t_unit", 4e-7, 1e-7)
-    assert strict.is_kept("t_unit", 5e-7, 1e-7) is False
-    assert strict.is_kept("t_unit", np.nan, 1e-7) is False
-    assert strict.is_kept("double_hits", 9, 1e-7) is None
+    assert strict.limit("nan", 1e-7) == 0
+    assert strict.limit("t_unit", 1e-7) == pytest.approx(4e-7)
+    assert strict.limit("double_hits", 1e-7) is None
+    mode = RayMode("watertight", "f32", False, "wide_bvh")
+    found = {"nan": 0, "wrong": 1, "t_unit": np.nan, "double_hits": 9}
+    assert hard_cases.verdict_of(mode, strict, "a case", 9, found).broken == ["wrong", "t_unit"]
     assert promise_of(RayMode("anything", "f32", False, "bvh")).zero == frozenset(COUNTS)
     assert promise_of(RayMode("watertight", "f32", True, "bvh")).zero == frozenset()
 

@@ -25,8 +25,10 @@ from taichi_tracer.explain.terms import (
     remainder,
 )
 from taichi_tracer.explain.terms import L as LIGHT
+from taichi_tracer.files import page
 
 BRDF = "BRDF"  # what a direction is called that the BRDF gave
+NUMBERS = F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
 RAYS = ("query_segment", "query_ray", "is_occluded")
 COUNTED = {"a node is entered": "nodes entered", "a box is tried": "boxes tried"}
@@ -250,18 +252,11 @@ def term_as_data(term: Term) -> dict[str, Any]:
 
 def terms_as_html(terms: Sequence[Term]) -> str:
     """A table with a row for each term."""
-    names = [
-        name
-        for name in (F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED)
-        if any(name in term.numbers | term.factors for term in terms)
+    rows = [
+        {"where": term.where, "direction": term.how, "contributes": short_text(term.value), "why": term.why}
+        | {name: short_text(value) for name, value in (term.numbers | term.factors).items()}
+        for term in terms
     ]
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in ("where", "direction", "contributes", *names))
-    rows = ""
-    for term in terms:
-        values = term.numbers | term.factors
-        how = f"{html.escape(term.how)}<br><em>{html.escape(term.why)}</em>" if term.why else html.escape(term.how)
-        numbers = [short_text(values[name]) if name in values else "" for name in names]
-        cells = [term.where, how, f"<b>{short_text(term.value)}</b>", *numbers]
-        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-    style = "<style>.terms { font-size: 0.75em } .terms th { white-space: normal }</style>"
-    return f"<div class='wide' style='overflow-x: auto'>{style}<table class='terms'><tr>{head}</tr>{rows}</table></div>"
+    columns = "where", "direction", "contributes", *NUMBERS, "why"
+    table = page.table(rows, [name for name in columns if any(row.get(name) for row in rows)])
+    return f"<div style='overflow-x: auto; font-size: 0.85em'>{table}</div>"

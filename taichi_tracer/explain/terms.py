@@ -77,58 +77,47 @@ class Vertex:
     surface: dict[str, Any]
     steps: list[Step]
 
-    def first(self, name: str, value: str, w_i: Any = None) -> Any:
-        """A number of the first step of this name, and of this direction if one is given; None if there is none."""
+    def first(self, name: str, value: str, w_i: Any = None, usual: Any = None) -> Any:
+        """A number of the first step of this name, and of this direction if one is given; else ``usual``."""
         for step in self.steps:
             is_asked = step.name == name and value in step.values
             if is_asked and (w_i is None or np.array_equal(step.values.get("w_i"), w_i)):
                 return step.values[value]
-        return None
+        return usual
 
     def terms(self, share: Share) -> Iterator[Term]:
         """What each of its directions contributes."""
         given = [step.values["w_i"] for step in self.steps if step.name == OF_BRDF]
         for step in self.steps:
-            if step.name == OF_LIGHTS:
-                yield self.from_lights(step, share)
+            if step.name in (OF_LIGHTS, OF_ONE):
+                yield self.from_light(step, share)
             elif step.name == OF_BRDF:
                 yield self.from_brdf(step, share)
             elif step.name == "sample" and "f_cos_over_pdf" in step.values:
                 w_i = step.values["w_i"]
                 if not any(np.array_equal(w_i, other) for other in given):
                     yield self.from_estimator(step)
-            elif step.name == OF_ONE:
-                yield self.from_one(step)
             elif step.name == AMBIENT and np.max(step.values[L]) > 0:
                 yield Term(self.number, AMBIENT, {}, {THROUGHPUT: self.throughput, L: step.values[L]})
 
-    def from_lights(self, step: Step, share: Share) -> Term:
-        """The term of a sample of the lights."""
+    def from_light(self, step: Step, share: Share) -> Term:
+        """The term of a sample of the lights, or of a light that is sampled by itself, such as a point light."""
         w_i, pdf, light = (step.values[name] for name in ("w_i", "pdf", "L_i"))
-        numbers = self.numbers(w_i) | {PDF_LIGHTS: pdf}
-        f_cos, is_blocked = self.first("f_r cos", "f_cos", w_i), self.first("shadow ray", "is_blocked", w_i)
-        why = "something blocks the light" if is_blocked else ""
-        if f_cos is None:
-            f_cos, why = np.zeros(3), "the light comes from behind the surface"
-            if np.max(light) <= 0:
-                why = "the light is dark there"
-        elif np.max(f_cos) <= 0:
-            why = MIRROR if self.surface["is_delta"] else "f_r cos is 0 there"
-        factors = self.factors(share(pdf, numbers.get(PDF_BRDF, 0.0)), f_cos / pdf)
-        return Term(self.number, OF_LIGHTS, numbers, factors | {L: np.zeros(3) if is_blocked else light}, why)
-
-    def from_one(self, step: Step) -> Term:
-        """The term of a light that is sampled by itself, such as a point light."""
-        w_i, pdf, light = (step.values[name] for name in ("w_i", "pdf", "L_i"))
-        numbers = self.numbers(w_i)
-        is_blocked, why = self.first("shadow ray", "is_blocked", w_i), ""
-        if is_blocked is None:
-            is_blocked, why = True, "no ray is sent: the light is dark there, or behind the surface"
-        elif is_blocked:
+        numbers, f_cos, is_blocked = self.numbers(w_i), np.zeros(3), self.first("shadow ray", "is_blocked", w_i)
+        if step.name == OF_ONE:
+            f_cos, weight = numbers.get(F_R, f_cos) * max(0.0, numbers[COS]), None
+        else:
+            f_cos, weight = self.first("f_r cos", "f_cos", w_i, f_cos), share(pdf, numbers.get(PDF_BRDF, 0.0))
+        why = ""
+        if is_blocked:
             why = "something blocks the light"
-        ratio = numbers.get(F_R, np.zeros(3)) * max(0.0, numbers[COS]) / pdf
-        factors = self.factors(None, ratio) | {L: np.zeros(3) if is_blocked else light}
-        return Term(self.number, OF_ONE, numbers | {PDF_ONE: pdf}, factors, why)
+        elif np.max(light) <= 0:
+            why = "the light is dark there"
+        elif np.max(f_cos) <= 0:
+            why = MIRROR if self.surface["is_delta"] else "f_r cos is 0 there: the light may come from behind"
+        factors = self.factors(weight, f_cos / pdf) | {L: np.zeros(3) if is_blocked else light}
+        name = PDF_ONE if step.name == OF_ONE else PDF_LIGHTS
+        return Term(self.number, step.name, numbers | {name: pdf}, factors, why)
 
     def from_brdf(self, step: Step, share: Share) -> Term:
         """The term of a direction from the BRDF."""
@@ -140,10 +129,8 @@ class Vertex:
         if weight is None:
             weight = share(numbers.get(PDF_BRDF, 0.0), numbers.get(PDF_LIGHTS, 0.0))
             weight = 1.0 if weight is not None and self.surface["is_delta"] else weight
-        light = self.first(DIRECT, "L_i", w_i)
-        light = self.first(ARRIVES, "L_i") if light is None else light
-        ratio = self.first("f_r cos / pdf", "f_cos_over_pdf", w_i)
-        factors = self.factors(weight, np.zeros(3) if ratio is None else ratio)
+        light = self.first(DIRECT, "L_i", w_i, self.first(ARRIVES, "L_i"))
+        factors = self.factors(weight, self.first("f_r cos / pdf", "f_cos_over_pdf", w_i, np.zeros(3)))
         if survival is not None:
             factors[SURVIVAL] = 1 / survival
         why = MIRROR if self.surface["is_delta"] else ""
@@ -175,16 +162,6 @@ class Vertex:
         """The factors before the light; without a weight there is none."""
         return {THROUGHPUT: self.throughput} | ({} if weight is None else {WEIGHT: weight}) | {RATIO: ratio}
 
-    def passed_on(self) -> np.ndarray:
-        """The throughput before the next surface."""
-        found = self.throughput
-        for step in self.steps:
-            if step.name == OF_BRDF:
-                ratio = self.first("f_r cos / pdf", "f_cos_over_pdf", step.values["w_i"])
-                found = found if ratio is None else found * ratio
-        survival = self.first("Russian roulette", "survival")
-        return found if survival is None else found / survival
-
 
 def terms_of(steps: list[Step], share: Share) -> list[Term]:
     """The terms of a sample; none if it is not made of light.
@@ -201,8 +178,11 @@ def terms_of(steps: list[Step], share: Share) -> list[Term]:
     starts = [k for k, step in enumerate(flat) if step.name == "surface"]
     for k, (begin, end) in enumerate(pairwise([*starts, len(flat)]), start=1):
         vertex = Vertex(k, throughput, flat[begin].values, flat[begin + 1 : end])
-        terms += vertex.terms(share)
-        throughput = vertex.passed_on()
+        own = list(vertex.terms(share))
+        terms += own
+        for term in own:
+            if term.how == OF_BRDF:
+                throughput = term.factors[THROUGHPUT] * term.factors[RATIO] * term.factors.get(SURVIVAL, 1.0)
     for step in flat:
         if step.name == "bounces that count":
             for term in terms:

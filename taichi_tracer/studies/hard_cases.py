@@ -9,7 +9,7 @@ import gc
 import json
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -54,8 +54,8 @@ class CaseVerdict:
     case: str
     rays: int
     findings: dict[str, float]
-    broken: list[str] = field(default_factory=list)
-    weak: list[str] = field(default_factory=list)
+    broken: list[str]
+    weak: list[str]
 
     @property
     def word(self) -> str:
@@ -65,9 +65,10 @@ class CaseVerdict:
 
 @dataclass
 class Row:
-    """One mode in the table: findings of all cases together; None where nothing was measured.
+    """One mode in the table.
 
     Attributes:
+        findings: of all cases together: counts added, errors at their largest.
         ns_per_ray: nanoseconds per ray of ``scene.intersect``, of the best run; NaN where none was timed.
     """
 
@@ -75,10 +76,10 @@ class Row:
     findings: dict[str, float]
     ns_per_ray: float
 
-    def per_million(self, count: str, rays: str) -> float | None:
-        """A count out of 1e6 rays."""
-        total = self.findings.get(rays, 0)
-        return 1e6 * self.findings.get(count, 0) / total if total else None
+    def leaks(self, kind: str) -> float | None:
+        """Of 1e6 rays that are aimed at each "edge", or "vertex"; None where there were none."""
+        rays = self.findings.get(f"{kind}_rays", 0)
+        return 1e6 * self.findings[f"{kind}_leaks"] / rays if rays else None
 
 
 @dataclass
@@ -220,24 +221,18 @@ def time_per_ray(on: CaseInScene, count: int) -> float:
 
 def verdict_of(mode: RayMode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
     """What of the findings a promise excludes, and what is merely not right."""
-    verdict = CaseVerdict(str(mode), case, rays, findings)
-    for name, value in findings.items():
-        kept = promise.is_kept(name, value, mode.epsilon)
-        if kept is False:
-            verdict.broken.append(name)
-        elif kept is None and name in COUNTS and value > 0:
-            verdict.weak.append(name)
-    return verdict
+    limits = {name: promise.limit(name, mode.epsilon) for name in findings}
+    broken = [name for name, value in findings.items() if limits[name] is not None and not value <= limits[name]]
+    weak = [name for name, value in findings.items() if limits[name] is None and name in COUNTS and value > 0]
+    return CaseVerdict(str(mode), case, rays, findings, broken, weak)
 
 
 def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
     """Counts of all cases added, errors at their largest."""
-    total: dict[str, float] = {}
-    for verdict in verdicts:
-        for name, value in verdict.findings.items():
-            is_error = name.startswith("t_")
-            total[name] = max(total.get(name, 0.0), value) if is_error else total.get(name, 0) + value
-    return total
+    every: dict[str, list[float]] = {}
+    for name, value in (item for verdict in verdicts for item in verdict.findings.items()):
+        every.setdefault(name, []).append(value)
+    return {name: max(values) if name.startswith("t_") else sum(values) for name, values in every.items()}
 
 
 def renderer_verdicts(mode: RayMode, level: str) -> list[CaseVerdict]:
@@ -262,8 +257,7 @@ def as_json(result: SuiteResult) -> dict:
         "modes": [
             asdict(row.mode)
             | {"name": str(row.mode), "ns_per_ray": row.ns_per_ray}
-            | {"edge_leaks_per_million": row.per_million("edge_leaks", "edge_rays")}
-            | {"vertex_leaks_per_million": row.per_million("vertex_leaks", "vertex_rays")}
+            | {f"{kind}_leaks_per_million": row.leaks(kind) for kind in ("edge", "vertex")}
             | {"findings": row.findings}
             for row in result.rows
         ],
@@ -287,7 +281,7 @@ def mode_rows(result: SuiteResult) -> list[dict[str, str]]:
         words = [v.word for v in result.verdicts if v.mode == str(row.mode)]
         errors = [value for name, value in row.findings.items() if name.startswith("t_")]
         counts = {name: row.findings.get(name) for name in ("false_hits", "self_hits", "nan")}
-        rates = {kind: row.per_million(f"{kind}_leaks", f"{kind}_rays") for kind in ("edge", "vertex")}
+        rates = {kind: row.leaks(kind) for kind in ("edge", "vertex")}
         rows.append(
             {
                 "mode": str(row.mode),

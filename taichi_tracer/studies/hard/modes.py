@@ -109,13 +109,9 @@ class Promise:
     zero: frozenset[str] = frozenset()
     t_error: dict[str, float] = field(default_factory=dict)
 
-    def is_kept(self, finding: str, value: float, epsilon: float) -> bool | None:
-        """Whether a finding is as promised; None where nothing is promised of it."""
-        if finding in self.zero:
-            return value == 0
-        if finding in self.t_error:
-            return value <= self.t_error[finding] * epsilon
-        return None
+    def limit(self, finding: str, epsilon: float) -> float | None:
+        """The largest value of a finding that is as promised; None where nothing is promised of it."""
+        return 0.0 if finding in self.zero else self.t_error[finding] * epsilon if finding in self.t_error else None
 
 
 # In f32, t is computed once more in f64 at a hit. In f64 there is nothing wider to turn to, nor in f32 on a backend
