@@ -14,6 +14,8 @@ from taichi_tracer.explain.terms import (
     APPLIED,
     COS,
     F_R,
+    OF_BRDF,
+    OF_LIGHTS,
     PDF_BRDF,
     PDF_LIGHTS,
     PDF_ONE,
@@ -28,6 +30,8 @@ from taichi_tracer.explain.terms import L as LIGHT
 from taichi_tracer.files import page
 
 BRDF = "BRDF"  # what a direction is called that the BRDF gave
+SAMPLED = dict.fromkeys(("a direction from the light", OF_LIGHTS), (drawing.LIGHT, "light"))
+SAMPLED |= {OF_BRDF: (drawing.LOBE, BRDF)}  # step that samples a direction → its colour, and what it is
 NUMBERS = F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, LIGHT, APPLIED
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
 RAYS = ("query_segment", "query_ray", "is_occluded")
@@ -148,8 +152,8 @@ class Explanation:
         arrows = []
         for step in steps_within(self.steps):
             where = max((k for k, s in enumerate(surfaces) if s.order < step.order), default=0)
-            for colour, what in sampled(step):
-                arrows.append((where, step.values["w_i"], colour, what))
+            if step.name in SAMPLED:
+                arrows.append((where, step.values["w_i"], *SAMPLED[step.name]))
         shown = [
             (surfaces[where].values["origin"], w_i, colour, f"{what} {where + 1}")
             for where, w_i, colour, what in arrows
@@ -180,15 +184,6 @@ class Explanation:
         figures = "".join([self.thumbnail, *self.drawings()])
         table = terms_as_html(self.terms) if self.terms else ""
         return f"<p>{html.escape(self.title)}</p>{figures}{table}<pre>{conclusion}</pre>{body}"
-
-
-def sampled(step: Step) -> list[tuple[str, str]]:
-    """(colour, what it is) of the direction that a step sampled; nothing if it sampled none."""
-    if step.name == "a direction from the BRDF":
-        return [(drawing.LOBE, BRDF)]
-    if step.name in ("a direction from the light", "a sample of the lights"):
-        return [(drawing.LIGHT, "light")]
-    return []
 
 
 # ── text ──

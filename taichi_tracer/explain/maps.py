@@ -21,17 +21,15 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.fields import memory
 from taichi_tracer.system.fields.lru import Lru
 from taichi_tracer.system.parts.overrides import overridable
 from taichi_tracer.system.parts.registry import PARTS, register
 from taichi_tracer.system.some_pixels import SomePixels
-from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up
 
 if TYPE_CHECKING:
-    from typing_extensions import Self, Unpack
+    from typing_extensions import Unpack
 
 USUALLY_MEASURED: str = OPTIONS["map_of"].usual  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
@@ -70,7 +68,6 @@ class MapRenderer(ProgressiveRenderer):
         self._measured: dict[str, Integrator] = {}
         self._of = find_measured(of)
         self._scale_of: tuple = ()
-        self._colours: Any = None
         self._parts = Lru(KEPT_FORMS)
         super().__init__(scene_data, width, height, **options)
 
@@ -223,20 +220,14 @@ class MapRenderer(ProgressiveRenderer):
     @property
     def canvas(self) -> Any:
         """The Taichi field [x, y] that windows show: the numbers of ``image()``."""
-        if not self.map.shows_error:
-            return super().canvas
-        if self._colours is None or self._colours[0].is_over():
-            own = memory.Memory()
-            field = ti.Vector.field(3, float)
-            own.fields.dense(ti.ij, (self.width, self.height)).place(field)
-            own.allocate()
-            self._colours = own, field
-        self._colours[1].from_numpy(np.ascontiguousarray(self.image()[::-1].swapaxes(0, 1)))
-        return self._colours[1]
+        field = super().canvas
+        if self.map.shows_error:
+            field.from_numpy(np.ascontiguousarray(self.image()[::-1].swapaxes(0, 1)))
+        return field
 
     @property
     def display(self) -> Display:
-        """How windows and files of 8 bits show the numbers: as heat, up to the end of the scale."""
+        """How windows and files of 8 bits show the numbers: as heat; if no exposure was chosen, it fits the picture."""
         if self._chosen_display is not None:
             return self._chosen_display
         of = self.film.samples, self._shown, self.active.name
@@ -248,17 +239,7 @@ class MapRenderer(ProgressiveRenderer):
 
     @display.setter
     def display(self, display: Display) -> None:
-        self._chosen_display = None if display.is_plain else Display(display.exposure, HEAT)
-
-    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
-        """Choose the end of the scale: white is 2^−exposure. An exposure of 0 lets it follow the picture.
-
-        Args:
-            exposure: in stops; None leaves the scale as it is. tone: heat is always shown.
-        """
-        if exposure is not None:
-            self.display = Display(exposure)
-        return self
+        self._chosen_display = None if display.exposure == 0 else Display(display.exposure, HEAT)
 
     @property
     def scale(self) -> Scale:  # type: ignore[override]

@@ -100,18 +100,12 @@ def noted_method(log: Log, step: str, form: NotedMethod) -> Observer:
             log.note(step, "begin", form.is_limited, **got)
             got = {}
         result = call(*arguments)
-        log.note(step, "end" if form.is_group else "", form.is_limited, **got, **given_names(form.gave, result))
+        results = result if isinstance(result, tuple | list) else [result]
+        gave = dict(zip(form.gave, results, strict=False))
+        log.note(step, "end" if form.is_group else "", form.is_limited, **got, **gave)
         return result
 
     return observer
-
-
-def given_names(names: tuple[str, ...], result: Any) -> dict[str, Any]:
-    """Name → result."""
-    if not names or result is None:
-        return {}
-    results = result if isinstance(result, tuple | list) else [result]
-    return dict(zip(names, results, strict=False))
 
 
 def then(observer: Observer, act: Callable[..., object]) -> Observer:

@@ -40,10 +40,7 @@ class Step:
 
     def find(self, name: str) -> list["Step"]:
         """All steps of this name within it, in order."""
-        found = []
-        for step in self.steps:
-            found += ([step] if step.name == name else []) + step.find(name)
-        return found
+        return [step for step in steps_within(self.steps) if step.name == name]
 
 
 def steps_of(noted: list[tuple[Entry, dict[str, Any]]]) -> list[Step]:

@@ -84,10 +84,10 @@ def shift_of(
 
 
 def blocks_of(values: np.ndarray) -> np.ndarray:
-    """The means of square blocks of (h, w) values; what is left over at the ends is not in them."""
+    """(rows, columns) the means of square blocks of (h, w) values; what is left over at the ends is not in them."""
     side = min(BLOCK_SIDE, *values.shape)
     height, width = (n // side for n in values.shape)
-    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
+    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3))
 
 
 def typical_error(film: Film) -> float:

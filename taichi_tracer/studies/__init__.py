@@ -74,6 +74,7 @@ def _measured(start: float, **given: Any) -> Accuracy:
     """What ``accuracy`` finds; ``given`` are its arguments, among them the knobs by their names in ``variants``."""
     import numpy as np
 
+    from taichi_tracer.files.disk import replace_file
     from taichi_tracer.studies import accuracy_report, variants
     from taichi_tracer.studies.source import Source, lives_here_alone
     from taichi_tracer.studies.study import Measurement
@@ -89,7 +90,8 @@ def _measured(start: float, **given: Any) -> Accuracy:
     plan = variants.plan(3 if first is None else first, **knobs)
     study = Measurement(source, plan, given["size"], given["budget"], given["seeds"], started=start).run()
     if report is not None:
-        accuracy_report.write(study, Path(report))
+        for name, content in accuracy_report.contents(study).items():
+            replace_file(Path(report) / name, content)
     table = {
         "variant": np.array([curve.label for curve in study.curves]),
         "samples": np.array([curve.samples for curve in study.curves]),

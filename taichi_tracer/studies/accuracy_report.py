@@ -9,12 +9,10 @@ import io
 import math
 import textwrap
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.files import drawing, page
-from taichi_tracer.files.disk import replace_file
 from taichi_tracer.files.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.columns import in_columns
@@ -89,14 +87,12 @@ def warnings_of(study: Study) -> list[str]:
 
 def about(study: Study) -> str:
     """The scene, the reference and the machine."""
-    kernels = sum(curve.new_kernels for curve in study.curves)
-    kept = f"{kernels} kernels compiled anew" if kernels else "all kernels kept from an earlier run"
     return (
         f"{study.facts.title}, {study.size[0]} × {study.size[1]} pixels, {study.rounds} pictures of each variant. The "
         f"reference has {study.reference.samples:,} samples per pixel and an error of {study.reference.error}: errors "
         f"below {percent(study.reference.least_error)} cannot be judged. Measuring took {study.seconds:.1f} s of a "
         f"budget of {study.budget:g} s; starting took {study.start_seconds:.1f} s, reading the scene "
-        f"{study.facts.read_seconds:.1f} s, and compiling {study.compiling_seconds:.1f} s before ({kept}). "
+        f"{study.facts.read_seconds:.1f} s, and compiling {study.compiling_seconds:.1f} s before. "
         f"{study.facts.machine}."
     )
 
@@ -326,9 +322,3 @@ def contents(study: Study) -> dict[str, bytes]:
     """Name → content of ``FILES``."""
     made = (as_html(study).encode(), as_csv(study).encode(), drawing.png_of(draw(study)))
     return dict(zip(FILES, made, strict=True))
-
-
-def write(study: Study, folder: Path) -> None:
-    """Write ``FILES`` into a folder that exists."""
-    for name, content in contents(study).items():
-        replace_file(folder / name, content)

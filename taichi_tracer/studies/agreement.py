@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.picture.metrics import BLOCK_SIDE, shift_of
+from taichi_tracer.picture.metrics import BLOCK_SIDE, blocks_of, shift_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.variants import is_path, known, renderer_of
 
@@ -34,7 +34,7 @@ class Compared:
     """One estimator beside the reference.
 
     Attributes:
-        name: of the estimator. samples: of each of its pictures, per pixel.
+        name: of the estimator.
         shift, error: how the mean of the picture differs, as a fraction of the reference's, and its standard error.
         z: of the whole picture. most: the largest |z| that is no alarm.
         blocks: (rows, columns) z of the blocks, with the top row first; 0 where nothing can be said.
@@ -42,7 +42,6 @@ class Compared:
     """
 
     name: str
-    samples: int
     shift: float
     error: float
     z: float
@@ -111,36 +110,33 @@ def agreement(
 
 @dataclass(frozen=True)
 class Rendered:
-    """The pictures of an estimator: with their samples per pixel, the relative error, and what may be unseen."""
+    """The pictures of an estimator, its relative error, and what may be unseen."""
 
     name: str
     pictures: list[Picture]
-    samples: int
     error: float
     unseen: float
 
     @property
     def mean(self) -> Picture:
         """The mean of all pictures."""
-        count = len(self.pictures)
-        of_all = [np.sum([one[k] for one in self.pictures], axis=0) for k in (0, 1)]
-        return of_all[0] / count, of_all[1] / count**2
+        images, variances = zip(*self.pictures, strict=True)
+        return np.mean(images, axis=0), np.mean(variances, axis=0) / len(images)
 
 
 def pictures_of(scene: SceneData, name: str, size: tuple[int, int], seconds: float, seed: int) -> Rendered:
     """Render an estimator with several seeds; all have as many samples as the first, which takes the seconds."""
     pictures: list[Picture] = []
-    samples, errors, unseen = None, [], 0.0
+    limit: dict[str, Any] = {"time": seconds}
+    errors = []
     for k in range(SEEDS):
-        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name)
-        renderer.render(time=seconds) if samples is None else renderer.render(samples)
-        samples = renderer.samples
-        found = renderer.error()
-        errors.append(float(found))
-        unseen = max(unseen, getattr(found, "unseen", 0.0))
+        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name).render(**limit)
+        limit = {"spp": renderer.samples}
+        errors.append(renderer.error())
         pictures.append((renderer.image().astype(np.float64), np.square(renderer.error_image(), dtype=np.float64)))
+    unseen = max(getattr(found, "unseen", 0.0) for found in errors)
     error = math.sqrt(np.square(errors).mean() / SEEDS)
-    return Rendered(name, pictures, samples or 0, math.inf if math.isnan(error) else math.hypot(error, unseen), unseen)
+    return Rendered(name, pictures, math.inf if math.isnan(error) else math.hypot(error, unseen), unseen)
 
 
 def compared(one: Rendered, reference: Rendered, pairs: int) -> Compared:
@@ -153,7 +149,7 @@ def compared(one: Rendered, reference: Rendered, pairs: int) -> Compared:
     shift, error, z = shift_of(one.pictures, reference.mean, unseen)
     blocks = block_scores(one.mean, reference.mean, unseen * float(reference.mean[0].mean()))
     most = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / pairs)
-    return Compared(one.name, one.samples, shift, error, z, most, blocks, unseen)
+    return Compared(one.name, shift, error, z, most, blocks, unseen)
 
 
 def block_scores(one: Picture, reference: Picture, unseen: float) -> np.ndarray:
@@ -165,10 +161,5 @@ def block_scores(one: Picture, reference: Picture, unseen: float) -> np.ndarray:
     difference = (one[0] - reference[0]).mean(axis=2)
     variance = (np.nan_to_num(one[1]) + np.nan_to_num(reference[1])).sum(axis=2) / 3  # channels err together
     side = min(BLOCK_SIDE, *difference.shape)
-    rows, columns = (n // side for n in difference.shape)
-
-    def of_blocks(values: np.ndarray) -> np.ndarray:
-        return values[: rows * side, : columns * side].reshape(rows, side, columns, side).mean(axis=(1, 3))
-
-    d, v = of_blocks(difference), of_blocks(variance) / side**2 + unseen**2
+    d, v = blocks_of(difference), blocks_of(variance) / side**2 + unseen**2
     return np.divide(d, np.sqrt(v), out=np.zeros_like(d), where=v > 0)

@@ -17,7 +17,6 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, renderer_of
-from taichi_tracer.system import compiling
 from taichi_tracer.system.parts import registry
 
 
@@ -75,11 +74,11 @@ class Bench:
             self.scenes[variant.scene] = self.source.load(variant)
         return self.scenes[variant.scene]
 
-    def prepare(self, variant: Variant) -> tuple[float, int]:
-        """Compile a variant: (seconds, how many kernels were not found in Taichi's folder)."""
-        start, kernels = time.perf_counter(), len(compiling.new_kernels())
+    def prepare(self, variant: Variant) -> float:
+        """Compile a variant, or load what an earlier run compiled: the seconds."""
+        start = time.perf_counter()
         self.render(variant, 1, seed=0)
-        return time.perf_counter() - start, len(compiling.new_kernels()) - kernels
+        return time.perf_counter() - start
 
     def render(self, variant: Variant, samples: int, seed: int | None = None) -> Shot:
         """Add samples to the picture of a variant; with a seed, to a new picture with these random numbers."""

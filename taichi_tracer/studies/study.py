@@ -109,7 +109,7 @@ class Curve:
 
     Attributes:
         knob: what differs from the first variant, "" for that one. is_main: whether it is compared over the whole time.
-        compile_seconds, new_kernels: until everything was compiled, and how many kernels no earlier run had compiled.
+        compile_seconds: until everything was compiled, or loaded where an earlier run had compiled it.
         rounds: the points of each picture. finals: its last image and the variance of its pixels.
         shift, shift_error, bias: how the mean of all pictures differs from the reference, see ``shift_of``.
     """
@@ -119,7 +119,6 @@ class Curve:
     knob: str
     is_main: bool
     compile_seconds: float
-    new_kernels: int
     seconds_per_sample: float = math.nan
     rounds: list[list[Point]] = field(default_factory=list)
     finals: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
@@ -408,7 +407,7 @@ class Measurement:
             self.result(call, "compiling the reference")
         for variant, call in zip(self.variants, calls, strict=True):
             found, knob = self.result(call, f"compiling {len(self.variants)} variants"), variant.difference(base)
-            study.curves.append(Curve(variant, self.label(study, variant), knob, knob in main, *found))
+            study.curves.append(Curve(variant, self.label(study, variant), knob, knob in main, found))
         study.compiling_seconds = time.perf_counter() - begun
 
     def label(self, study: Study, variant: Variant) -> str:

@@ -30,7 +30,7 @@ def test_light_that_no_sample_met_is_noise_of_every_block(rng):
 
 def group(z: float, unseen: float = 0.0) -> Group:
     """Two estimators that differ by z."""
-    one = Compared("brdf", 64, -0.031, 0.004, z, 3.0, np.array([[z, 0.0], [z, 1.0]]), unseen)
+    one = Compared("brdf", -0.031, 0.004, z, 3.0, np.array([[z, 0.0], [z, 1.0]]), unseen)
     return Group("direct light", "mis", 0.012, (one,))
 
 

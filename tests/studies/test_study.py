@@ -35,7 +35,7 @@ def curve(error, seconds=1.0, label="mis", **knobs):
     """A curve of three rounds, whose errors fall with the root of the samples."""
     points = [[Point(n, n * seconds, e * error * n**-0.5) for n in (1, 4, 16)] for e in (0.99, 1.0, 1.01)]
     image = np.full((8, 8, 3), 1.0)
-    made = Curve(Variant(**knobs), label, "estimator" if label != "mis" else "", True, 1.5, 0, rounds=points)
+    made = Curve(Variant(**knobs), label, "estimator" if label != "mis" else "", True, 1.5, rounds=points)
     made.finals = [(image, 0.0 * image)]
     return made
 
