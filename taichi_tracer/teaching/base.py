@@ -17,7 +17,7 @@ from taichi_tracer.system.errors import InputError, one_of
 Arrays = dict[str, np.ndarray]
 
 RIGHT, WRONG, NOT_WRITTEN, CRASHED = "right", "wrong", "not written", "crashed"
-OUT_OF_TIME, MISSING = "out of time", "missing"
+OUT_OF_TIME, MISSING, BEGUN = "out of time", "missing", "begun"
 DIGITS = 2  # of points
 STATUSES = (RIGHT, WRONG, NOT_WRITTEN, CRASHED, OUT_OF_TIME, MISSING)
 
@@ -27,9 +27,10 @@ class PartResult:
     """What was found about one part: by running it, by its judge, and for a mark.
 
     Attributes:
-        status: one of ``STATUSES``; "ok" if it gave answers that are not judged yet.
+        status: one of ``STATUSES``; "ok" if it gave answers that are not judged yet; ``BEGUN`` while it runs.
         share: the share of the points, from 0 to 1.
         message: one plain sentence. line, file: where a crash was, in the student's file; 0 and "" if that is unknown.
+            Of a part that runs, where its method begins.
         first_wrong: "input", "yours" and "right": name → value, for the first input with a wrong answer; or empty.
         pictures: "yours", "right" and "difference": (height, width, 3) arrays with the top row first; or empty.
         arrays: the answers, until they are judged.

@@ -4,95 +4,33 @@ import json
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.files import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.source import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
-from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
+from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
 from taichi_tracer.teaching.handout.export import RECORD
+from taichi_tracer.teaching.html_boxes import Report
 from taichi_tracer.teaching.mistakes import find
 from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
-from taichi_tracer.teaching.telling import ResultLine, Teller, summary
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``check`` allows
-DIGITS = 4  # of points that are handed on
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]
-
-
-@dataclass
-class Report:
-    """The results of a check. ``print`` shows it as text, and a notebook as a page.
-
-    Attributes:
-        notes: warnings that came while the parts ran.
-    """
-
-    assignment: Assignment
-    results: list[PartResult] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def points(self) -> float:
-        """The points of all parts that were checked."""
-        return sum(result.points * result.share for result in self.results)
-
-    @property
-    def is_right(self) -> bool:
-        """Whether every part that was checked is right."""
-        return all(result.status == RIGHT for result in self.results)
-
-    def score(self) -> float:
-        """The points, for nbgrader.
-
-        Raises:
-            AssertionError: none were earned. nbgrader would take the number 0 for all points.
-        """
-        if not self.points > 0:
-            raise AssertionError(self.results[0].message if self.results else self.summary())
-        return float(round(self.points, DIGITS))
-
-    def summary(self) -> str:
-        """One line."""
-        return summary(self.result_lines())
-
-    def result_lines(self) -> list[ResultLine]:
-        """What the process of a check sends of each part."""
-        return [html_boxes.result_line(result) for result in self.results]
-
-    def __str__(self) -> str:
-        lines = [line for result in self.results for line in html_boxes.lines_of(result)]
-        notes = [f"note: {text}" for text in self.notes]
-        return "\n".join([self.assignment.title, *lines, *notes, self.summary()])
-
-    __repr__ = __str__
-
-    def body(self) -> list[str]:
-        """The page without its frame."""
-        notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
-        return [page.paragraph(self.summary()), *notes, *(html_boxes.box(result) for result in self.results)]
-
-    def page(self) -> str:
-        """A whole document of HTML."""
-        return html_boxes.whole(self.assignment.title, self.body())
-
-    def _repr_html_(self) -> str:
-        return html_boxes.in_notebook(self.body())
 
 
 def check_folder(
     folder: str | Path,
     names: Sequence[str] = (),
     seed: int | None = None,
-    watch: Watch | None = None,
     name: str | None = None,
-    teller: Teller | None = None,
+    watch: Watch = lambda lines: None,
+    send: Callable[[Any], Any] = lambda found: None,
 ) -> Report:
     """Check a student's folder.
 
@@ -100,9 +38,10 @@ def check_folder(
         folder: a folder that ``taichi-tracer assignment new`` wrote; or files of the course, with ``name``.
         names: only parts whose name, or class, is one of these; all parts if there is none.
         seed: decides the inputs; None takes the seed of the folder.
-        watch: a function that is called with the lines of each result, as soon as they are known.
         name: of the assignment, where the folder does not say it.
-        teller: sends each part to another process.
+        watch: a function that is called with the lines of each result, as soon as they are known.
+        send: a function that is called with (title, names of the parts), and with each part's result twice: when it
+            begins, and when it is judged.
 
     Raises:
         InputError: the folder belongs to no assignment, or a name is unknown.
@@ -116,15 +55,15 @@ def check_folder(
         for part in chosen(assignment, names)
         if is_asked(part, student, assignment) or (names and part.is_optional)
     ]
-    teller = Teller() if teller is None else teller
-    teller.tell(points={part.name: part.points for part in parts})
-    report = Report(assignment)
+    send((assignment.title, [part.name for part in parts]))
+    report = Report(assignment.title)
     for part in parts:
-        cls = student.classes.get(part.replaces)
-        teller.begins(part.name, None if cls is None else unwrap(getattr(cls, part.method, None)))
-        seed_of_part = own_seed if seed is None else seed
-        report.results.append(check_part(assignment, student, part, seed_of_part, watch or (lambda lines: None)))
-        teller.found(html_boxes.result_line(report.results[-1]))
+        method = unwrap(getattr(student.classes.get(part.replaces), part.method, None))
+        code = getattr(method, "__code__", None)
+        place = {} if code is None else {"line": code.co_firstlineno, "file": Path(code.co_filename).name}
+        send(PartResult(BEGUN, name=part.name, topic=part.topic, points=part.points, **place))
+        report.results.append(check_part(assignment, student, part, own_seed if seed is None else seed, watch))
+        send(report.results[-1])
     return report
 
 
@@ -173,7 +112,7 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, part
         found += [part for part in chosen(assignment, parts) if part.replaces == ""]
     with warnings.catch_warnings(record=True) as caught:  # what stands on stderr costs all points of a cell of nbgrader
         results = [check_part(assignment, student, part, seed, lambda lines: None) for part in found]
-    return Report(assignment, results, list(dict.fromkeys(str(one.message) for one in caught)))
+    return Report(assignment.title, results, list(dict.fromkeys(str(one.message) for one in caught)))
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:

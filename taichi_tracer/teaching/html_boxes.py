@@ -5,13 +5,14 @@ A notebook shows boxes, too. There the colours of a page are unknown, so lines a
 
 import html
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from taichi_tracer.files import page
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
-from taichi_tracer.teaching.telling import ResultLine
 
+DIGITS = 4  # of points that are handed on
 WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others
@@ -71,12 +72,6 @@ def lines_of_findings(result: PartResult) -> list[str]:
     return [f"      {text}" for text in (*(finding["text"] for finding in result.findings), *hints)]
 
 
-def result_line(result: PartResult) -> ResultLine:
-    """What the process of a check sends of a part."""
-    earned = result.points * result.share
-    return ResultLine(result.name, earned, result.points, result.status == RIGHT, box(result))
-
-
 def box(result: PartResult) -> str:
     """One part: its points, the first wrong numbers, what is probably wrong, and its pictures."""
     head = f"{coloured(result.status, html.escape(result.status))} <code>{html.escape(result.name)}</code>"
@@ -95,3 +90,60 @@ def box(result: PartResult) -> str:
     lines += [page.paragraph(f"Hint: {finding['hint']}", "note") for finding in result.findings[:1] if finding["hint"]]
     lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in result.pictures.items()]
     return "".join(lines) + "</div>"
+
+
+@dataclass
+class Report:
+    """The results of a check. ``print`` shows it as text, and a notebook as a page.
+
+    Attributes:
+        title: of the assignment. notes: warnings that came while the parts ran.
+    """
+
+    title: str
+    results: list[PartResult] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def points(self) -> float:
+        """The points of all parts that were checked."""
+        return sum(result.points * result.share for result in self.results)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether every part that was checked is right."""
+        return all(result.status == RIGHT for result in self.results)
+
+    def score(self) -> float:
+        """The points, for nbgrader.
+
+        Raises:
+            AssertionError: none were earned. nbgrader would take the number 0 for all points.
+        """
+        if not self.points > 0:
+            raise AssertionError(self.results[0].message if self.results else self.summary())
+        return float(round(self.points, DIGITS))
+
+    def summary(self) -> str:
+        """One line."""
+        right, of = sum(r.status == RIGHT for r in self.results), sum(r.points for r in self.results)
+        return f"{right} of {len(self.results)} parts are right: {self.points:.4g} of {of:g} points"
+
+    def __str__(self) -> str:
+        lines = [line for result in self.results for line in lines_of(result)]
+        notes = [f"note: {text}" for text in self.notes]
+        return "\n".join([self.title, *lines, *notes, self.summary()])
+
+    __repr__ = __str__
+
+    def body(self) -> list[str]:
+        """The page without its frame."""
+        notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
+        return [page.paragraph(self.summary()), *notes, *(box(result) for result in self.results)]
+
+    def page(self) -> str:
+        """A whole document of HTML."""
+        return whole(self.title, self.body())
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.body())

@@ -1,32 +1,31 @@
 """Check your own solution of an assignment.
 
 A check runs in a process of its own: a part that gives no answer, or that ends its process, loses nothing but itself.
-The process prints what it finds, and tells its parent by a pipe which part it begins and what was found of it, see
-``teaching.telling``. The parent ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one
-for the parts that are left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no
-signal.
+The process prints what it finds, and sends each part to its parent, when it begins and when it is judged. The parent
+ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one for the parts that are left. A
+kernel that never ends cannot be stopped in another way: while it runs, Python sees no signal.
 """
 
 import contextlib
-import json
+import multiprocessing
 import os
-import select
 import signal
-import subprocess
-import sys
 import time
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import USER_ERROR
 from taichi_tracer.apps.running import Interruption
+from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.argument_types import whole
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.threads import own_seconds
-from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, ResultLine, summary
+from taichi_tracer.teaching.base import BEGUN, CRASHED, OUT_OF_TIME, PartResult
+from taichi_tracer.teaching.html_boxes import Report, lines_of
 
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
 # less than 6. The clock alone counts where the system does not tell the seconds of other processes.
@@ -49,186 +48,116 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Check a folder; print each part as soon as it is known, and write a page."""
-    if os.name == "posix" and VARIABLE not in os.environ:
-        given = (("--assignment", args.assignment), ("--seed", args.seed), ("--report", args.report))
-        options = [word for name, value in given if value is not None for word in (name, str(value))]
-        options += ["--debug"] * args.debug
-        return supervise(args.folder, args.names, options)
-    return run_here(args)
+    folder, names, report = Path(args.folder).expanduser(), args.names, None
+    target = Path(args.report) if args.report else folder / PAGE
+    with Interruption() as interruption:
+        while report is None or names:
+            check = Check((folder, names, args.seed, args.assignment), interruption)
+            try:
+                title, names = check.receive()
+                if report is None:
+                    check_place(target)
+                    print(title, flush=True)
+                    report = Report(title)
+                report.results += check.results()
+            finally:
+                check.end()
+            names = [name for name in names if name not in {result.name for result in report.results}]
+    replace_file(target, report.page().encode())
+    print(f"{report.summary()}\n{target}")
+    return 0 if report.is_right else NOT_RIGHT
 
 
-def run_here(args: Namespace) -> int:
-    """The same in this process, which tells its parent what it does, or writes the page itself if it has none."""
-    from taichi_tracer.files.disk import check_place
-    from taichi_tracer.teaching.checking import assignment_of, check_folder
-    from taichi_tracer.teaching.telling import Teller
+def work(sending: Connection, *asked: Any) -> None:
+    """What the process of a check does, see ``checking.check_folder``; it sends an error of the user's, or None."""
+    from taichi_tracer.teaching.checking import check_folder
 
-    folder = Path(args.folder).expanduser()
-    target, teller = Path(args.report) if args.report else folder / PAGE, Teller()
-    assignment, _ = assignment_of(folder, args.assignment)
-    check_place(target)
-    if teller.is_first:
-        print(assignment.title, flush=True)
-
-    def tell(lines: list[str]) -> None:
-        """Print what was found of a part."""
-        print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
-
-    teller.tell(title=assignment.title, target=str(target))
-    report = check_folder(folder, args.names, args.seed, tell, args.assignment, teller)
-    teller.tell(ends=True)
-    return 0 if teller.has_parent else finished(report.assignment.title, target, report.result_lines())
+    if hasattr(os, "setsid"):
+        os.setsid()  # so that Ctrl-C reaches the parent alone, and what a part starts ends with this process
+    try:
+        check_folder(*asked, show, sending.send)
+        sending.send(None)
+    except (InputError, OSError) as error:
+        sending.send(InputError(str(error)))
 
 
-class Supervised:
+def show(lines: Sequence[str]) -> None:
+    """Print what was found of a part."""
+    print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
+
+
+class Check:
     """A process that checks some parts.
 
-    Attributes:
-        about: its first line. found: what it found of parts. present: the part that runs; None if none does.
-        has_ended: whether it has done all that it had to do.
-        problem: what is wrong with the present part, which gave no answer. is_late: whether it has used up its time.
-
     Args:
-        words: of its command. goes_on: whether another process has begun. interruption: ends the check by Ctrl-C.
+        asked: the arguments of ``work``. interruption: ends the check by Ctrl-C.
+
+    Attributes:
+        begun: the part that runs; None if none does.
     """
 
-    def __init__(self, words: Sequence[str], goes_on: bool, interruption: Interruption) -> None:
+    def __init__(self, asked: Sequence[Any], interruption: Interruption) -> None:
+        context = multiprocessing.get_context("spawn")
         self.interruption = interruption
-        reading, writing = os.pipe()
-        environment = {**os.environ, VARIABLE: str(writing), **({GOES_ON: "1"} if goes_on else {})}
-        command = [sys.executable, "-m", "taichi_tracer", "check", *words]
-        self.process = subprocess.Popen(command, env=environment, pass_fds=(writing,), start_new_session=True)
-        os.close(writing)
-        self._pipe, self._rest = reading, b""
-        self.about: dict[str, Any] = {}
-        self.found: list[ResultLine] = []
-        self.present: dict[str, Any] | None = None
-        self.has_ended = self.is_late = False
-        self.problem = ""
-        self._begin()
+        self.begun: PartResult | None = None
+        self._receiving, sending = context.Pipe(duplex=False)
+        self.process = context.Process(target=work, args=(sending, *asked))
+        self.process.start()
+        sending.close()
 
-    def run(self) -> None:
-        """Wait until it ends, or until a part takes too long."""
-        while self._is_open() and not self.problem:
-            self._look()
-        if self.problem:
-            return
-        code = self.process.wait()
-        if self.present is not None and code != USER_ERROR:  # the process has printed it
+    def results(self) -> list[PartResult]:
+        """The results of the parts that the process begins; the last of them may give no answer."""
+        found: list[PartResult] = []
+        for result in iter(self.receive, None):
+            self.begun = result if result.status == BEGUN else None
+            found += [] if self.begun else [result]
+        return found
+
+    def receive(self) -> Any:
+        """What the process sends next; if it does not answer, the result of the part that it has begun."""
+        if self._receiving.closed:
+            return None
+        pid = self.process.pid or 0
+        began, had_used = time.monotonic(), own_seconds(pid)
+        while not self._receiving.poll(POLL):
+            if self.interruption.number is not None:
+                raise KeyboardInterrupt
+            is_late = own_seconds(pid) - had_used > CPU_SECONDS
+            if is_late or time.monotonic() - began > CLOCK_SECONDS:
+                seconds = f"{CPU_SECONDS:g} s of the processor" if is_late else f"{CLOCK_SECONDS:g} s"
+                return self.lost(OUT_OF_TIME, f"no answer in {seconds}: is there a loop that never ends?")
+        try:
+            found = self._receiving.recv()
+        except EOFError:
+            self.process.join()
+            code = self.process.exitcode or 0
             how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
-            self.problem = f"{self._where()}the process ended ({how}): does each path return what the caller needs?"
+            return self.lost(CRASHED, f"the process ended ({how}): does each path return what the caller needs?")
+        if isinstance(found, InputError):
+            raise found
+        if found is None:
+            self.process.join(CLOCK_SECONDS)
+        return found
 
-    def _is_open(self) -> bool:
-        """Read what has come; whether more may come."""
-        ready, _, _ = select.select([self._pipe], [], [], POLL)
-        if not ready:
-            return True
-        data = os.read(self._pipe, 1 << 16)
-        *lines, self._rest = (self._rest + data).split(b"\n")
-        for line in lines:
-            self._take(json.loads(line))
-        return bool(data)
+    def lost(self, status: str, reason: str) -> PartResult:
+        """End the process; the result of its part, which is printed.
 
-    def _take(self, facts: dict[str, Any]) -> None:
-        if "begins" in facts:
-            self.present = facts
-            self._begin()
-        elif "name" in facts:
-            self.found.append(ResultLine(**facts))
-            self.present = None
-            self._begin()
-        elif "ends" in facts:
-            self.has_ended = True
-        else:
-            self.about |= facts
-
-    def _begin(self) -> None:
-        self._began, self._had_used = time.monotonic(), own_seconds(self.process.pid)
-
-    def _look(self) -> None:
-        """Look how long the present part has taken, or what comes before the first one."""
-        if self.interruption.number is not None:
-            raise KeyboardInterrupt
-        clock, used = time.monotonic() - self._began, own_seconds(self.process.pid) - self._had_used
-        if used > CPU_SECONDS or clock > CLOCK_SECONDS:
-            seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
-            self.problem = f"{self._where()}no answer in {seconds}: is there a loop that never ends?"
-            self.is_late = True
-
-    def _where(self) -> str:
-        """Where the method of the present part stands."""
-        of = self.present or {}
-        return f"{of['file']}:{of['line']}: " if of.get("line") else ""
-
-    def left(self) -> list[str]:
-        """The names of the parts that it has not begun."""
-        begun = {one.name for one in self.found} | ({self.present["begins"]} if self.present else set())
-        return [name for name in self.about["points"] if name not in begun]
+        Raises:
+            InputError: it has begun no part, so its files give no answer when they are read.
+        """
+        self.end()
+        if self.begun is None:
+            raise InputError(f"check: the files cannot be read: {reason}")
+        place = f"{self.begun.file}:{self.begun.line}: " if self.begun.line else ""
+        result = replace(self.begun, status=status, message=f"{place}{reason}")
+        show(lines_of(result))
+        return result
 
     def end(self) -> None:
         """End the process, and everything that it started."""
-        if self.process.poll() is None:
+        if self.process.is_alive() and hasattr(os, "killpg"):
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-        if self._pipe >= 0:
-            os.close(self._pipe)
-            self._pipe = -1
-
-
-def supervise(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
-    """Check a folder in processes of their own, one after the other if a part ends one, and write the page.
-
-    Args:
-        names: of parts; all if there are none. options: further words of the command.
-
-    Returns:
-        The exit code of the command.
-
-    Raises:
-        InputError: the files give no answer when they are read.
-    """
-    found: list[ResultLine] = []
-    with Interruption() as interruption:
-        while True:
-            one = Supervised([folder, *names, *options], bool(found), interruption)
-            try:
-                one.run()
-            finally:
-                one.end()
-            found += one.found
-            if one.problem:
-                if one.present is None:
-                    raise InputError(f"check: the files cannot be read: {one.problem}")
-                found.append(lost(one))
-                names = one.left()
-            elif not one.has_ended:
-                return one.process.returncode
-            if one.has_ended or not names:
-                break
-    return finished(one.about["title"], Path(one.about["target"]), found)
-
-
-def lost(one: Supervised) -> ResultLine:
-    """Print, and return, the result of a part that gave no answer."""
-    from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, PartResult
-    from taichi_tracer.teaching.html_boxes import lines_of, result_line
-
-    name = (one.present or {})["begins"]
-    status = OUT_OF_TIME if one.is_late else CRASHED
-    result = PartResult(status, message=one.problem, name=name, points=one.about["points"][name])
-    print(*lines_of(result), sep="\n", flush=True)
-    return result_line(result)
-
-
-def finished(title: str, target: Path, found: Sequence[ResultLine]) -> int:
-    """Write the page, and print the summary. Returns the exit code."""
-    from taichi_tracer.files import page
-    from taichi_tracer.files.disk import replace_file
-    from taichi_tracer.teaching import html_boxes
-
-    text = summary(found)
-    body = [page.paragraph(text), *(one.html for one in found)]
-    replace_file(target, html_boxes.whole(title, body).encode())
-    print(f"{text}\n{target}")
-    return 0 if all(t.is_right for t in found) else NOT_RIGHT
+        self.process.kill()
+        self.process.join()
+        self._receiving.close()
