@@ -63,7 +63,7 @@ def own_members(student: type) -> dict[str, Any]:
     """What a student's class and its own bases define: methods, functions and constants."""
     found: dict[str, Any] = {}
     for base in reversed(student.__mro__):
-        if base.__module__ == student.__module__ or base.__module__.startswith("course_files_"):
+        if base.__module__ == student.__module__ or base.__module__.startswith("student_files_"):
             found |= {k: v for k, v in vars(base).items() if not k.startswith("__") and not k.startswith("_abc")}
     return {name: value for name, value in found.items() if name not in NOT_TAKEN}
 

@@ -1,7 +1,7 @@
-"""Files that students of the course write, loaded as the modules of a package of their own.
+"""Files that students write, run as the modules of a package of their own.
 
-Their relative imports, and those from ``taichi_tracer``, find the other files of the same folder. Files that only hold
-data (``ray``, ``geometry``, …), and files that are not there, are those of this package.
+In files of the course, relative imports, and those from ``taichi_tracer``, find the other files of the same folder.
+Files that only hold data (``ray``, ``geometry``, …), and files that are not there, are those of this package.
 """
 
 import ast
@@ -11,13 +11,17 @@ import importlib.util
 import itertools
 import sys
 import types
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from taichi_tracer.system.errors import InputError
 
 PACKAGE = "taichi_tracer"
+KIT = "taichi_tracer.teaching"
+FOR_STUDENTS = {f"{KIT}.not_written", f"{KIT}.check"}
+NOT_UTF8 = "the file is not in UTF-8: save it so, or name its encoding in its first line, as in # coding: latin-1"
 STUDENTS = ("camera", "ray_intersector", "environment", "sampler", "renderer")  # files whose classes are used
 OF_PACKAGE = ("ray", "geometry", "materials", "scene_data", "scene_data_loader", "camera_controller")
 # What the handouts of the course ask for; the base code around it is not judged. "picture: …" needs all of it.
@@ -44,15 +48,19 @@ _numbers = itertools.count(1)
 
 
 @dataclass
-class CourseFiles:
+class StudentFiles:
     """The classes of a student's files.
 
     Attributes:
-        folder: where the files are. classes: name → class, as it is written.
+        folder: where the files are. package: the name of the package whose modules they are.
+        module_of: (these files, the name in an import, how many dots stand before it) → the module that is meant.
+        classes: name → class, as it is written.
         errors: name of a file that cannot be used → what it raised.
     """
 
     folder: Path
+    module_of: Callable[["StudentFiles", str, int], str]
+    package: str = field(default_factory=lambda: f"student_files_{next(_numbers)}")
     classes: dict[str, type] = field(default_factory=dict)
     errors: dict[str, BaseException] = field(default_factory=dict)
 
@@ -61,18 +69,52 @@ class _File(importlib.machinery.SourceFileLoader):
     """Runs a file of a student; no bytecode is kept beside it."""
 
     def get_code(self, fullname: str) -> types.CodeType:
-        """The code of the file, whose imports find the student's files, or else the package's.
-
-        What a text editor adds, as a byte order mark, is understood as Python does.
-        """
-        path = self.get_filename(fullname)
-        tree = ast.parse(self.get_data(path), path)
-        for node in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module):
-            name = node.module.removeprefix(f"{PACKAGE}.")
-            if node.level > 0 or name != node.module:
-                is_own = name not in OF_PACKAGE and (Path(path).parent / f"{name}.py").is_file()
-                node.module, node.level = (name, 1) if is_own else (f"{PACKAGE}.{name}", 0)
+        """The code of the file, whose imports find what ``StudentFiles.module_of`` says."""
+        path, files = self.get_filename(fullname), sys.modules[fullname.rpartition(".")[0]].files
+        tree = parsed(Path(path))
+        for node in ast.walk(tree):
+            imported: list[str] = []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                imported = [f"{node.module}.{alias.name}" for alias in node.names]
+                node.module, node.level = files.module_of(files, node.module, node.level), 0
+            elif isinstance(node, ast.Import):
+                imported = [alias.name for alias in node.names]
+                for alias in (one for one in node.names if "." not in one.name):
+                    alias.asname, alias.name = alias.asname or alias.name, files.module_of(files, alias.name, 0)
+            for name in imported:
+                if name.startswith(f"{KIT}.") and name not in FOR_STUDENTS:
+                    raise InputError(f"{name} belongs to the kit that judges: a solution cannot import it")
         return compile(tree, path, "exec")
+
+
+def parsed(file: Path) -> ast.Module:
+    """The syntax tree of a student's file, in UTF-8, with a mark or without, or in the encoding that a line names."""
+    try:
+        return ast.parse(file.read_bytes(), str(file))  # Python finds the encoding of bytes
+    except (SyntaxError, ValueError) as error:
+        if "utf-8" in str(error) or "null bytes" in str(error):
+            raise SyntaxError(NOT_UTF8) from None
+        raise
+
+
+def run_files(found: StudentFiles, names: Sequence[str]) -> StudentFiles:
+    """Run some files of a folder, which may import each other; their classes and errors are put into ``found``."""
+    package: Any = types.ModuleType(found.package)
+    package.__path__, package.files = [str(found.folder / found.package)], found  # a place that no other import uses
+    sys.modules[found.package] = package
+    finder = importlib.machinery.FileFinder(str(found.folder), (_File, [".py"]))
+    sys.path_importer_cache[package.__path__[0]] = finder  # stays: functions may import later
+    for name in names:
+        try:
+            module = importlib.import_module(f"{found.package}.{name.removesuffix('.py')}")
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
+            found.errors[name] = error
+        else:
+            of_file = {k: v for k, v in vars(module).items() if isinstance(v, type)}
+            found.classes |= {k: v for k, v in of_file.items() if v.__module__ == module.__name__}
+    return found
 
 
 def find_folder(folder: str | Path) -> Path:
@@ -89,31 +131,20 @@ def find_folder(folder: str | Path) -> Path:
     raise InputError(f"{folder}: none of {', '.join(f'{name}.py' for name in STUDENTS)} is there")
 
 
-def load(folder: str | Path, names: Sequence[str] = STUDENTS) -> CourseFiles:
-    """The classes that a student's files define. ``errors`` has the files that cannot be run.
+def load(folder: str | Path) -> StudentFiles:
+    """The classes that a student's files of the course define. ``errors`` has the files that cannot be run."""
+    place = find_folder(folder)
+    names = [f"{name}.py" for name in STUDENTS]
+    return run_files(StudentFiles(place, module_of_course), [name for name in names if (place / name).is_file()])
 
-    Args:
-        names: of the files, without ``.py``.
-    """
-    found = CourseFiles(find_folder(folder))
-    package = types.ModuleType(f"course_files_{next(_numbers)}")
-    package.__path__ = [str(found.folder / package.__name__)]  # a name of the folder that no other import uses
-    sys.modules[package.__name__] = package
-    finder = importlib.machinery.FileFinder(str(found.folder), (_File, [".py"]))
-    sys.path_importer_cache[package.__path__[0]] = finder  # stays: functions may import later
-    for name in names:
-        if not (found.folder / f"{name}.py").is_file():
-            continue
-        try:
-            module = importlib.import_module(f"{package.__name__}.{name}")
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
-            found.errors[f"{name}.py"] = error
-            continue
-        own = {k: v for k, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__}
-        found.classes |= own
-    return found
+
+def module_of_course(files: StudentFiles, name: str, level: int) -> str:
+    """What a file of the course imports: relative, or from ``taichi_tracer``, another file, or else the package's."""
+    short = name.removeprefix(f"{PACKAGE}.")
+    if level == 0 and short == name:
+        return name
+    is_own = short not in OF_PACKAGE and (files.folder / f"{short}.py").is_file()
+    return f"{files.package if is_own else PACKAGE}.{short}"
 
 
 def asks_for(assignment: str, part: str) -> bool:

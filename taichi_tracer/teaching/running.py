@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.course import files as course_files
 from taichi_tracer.formulas.random_numbers import RandomNumbers
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import rules
 from taichi_tracer.system.own_code.source import is_empty
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
@@ -49,7 +49,7 @@ def own_method(cls: type, name: str) -> object | None:
 
 def is_asked(part: Part, student: Loaded, assignment: Assignment) -> bool:
     """Whether a part is judged: the handouts of the course do not ask for all of them, and some are optional."""
-    if student.is_of_course and not import_quickly("taichi_tracer.course.files").asks_for(assignment.name, part.name):
+    if student.is_of_course and not course_files.asks_for(assignment.name, part.name):
         return False
     return not part.is_optional or is_handed_in(part, student)
 

@@ -1,14 +1,14 @@
 """Loads the classes of a folder: a student's, beside the solution's versions of the other files, or a solution's."""
 
-import ast
 import re
-import sys
 import traceback
 import types
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from taichi_tracer.course import files
 from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.source import unwrap
@@ -16,9 +16,6 @@ from taichi_tracer.teaching.base import CRASHED, MISSING, Assignment, Part, Part
 from taichi_tracer.teaching.handout.stubs import is_stub
 
 OK = "ok"
-KIT = "taichi_tracer.teaching"
-FOR_STUDENTS = {f"{KIT}.not_written", f"{KIT}.check"}
-NOT_UTF8 = "the file is not in UTF-8: save it so, or name its encoding in its first line, as in # coding: latin-1"
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
 
 
@@ -33,7 +30,7 @@ class Loaded:
         is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
         optional: of a solution, the names of the optional parts; see ``base.Part``.
         failed: class that only optional parts need → why its file could not be run.
-        modules: name → module, of the files that were run.
+        package: the name of the package whose modules the files are.
         reported: messages of parts that gave no answer, which a check has shown.
     """
 
@@ -44,7 +41,7 @@ class Loaded:
     is_of_course: bool = False
     optional: frozenset[str] = frozenset()
     failed: dict[str, PartResult] = field(default_factory=dict)
-    modules: dict[str, types.ModuleType] = field(default_factory=dict)
+    package: str = ""
     reported: set[str] = field(default_factory=set)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
@@ -69,7 +66,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
     of files that import each other as they are.
     """
-    of_course = import_quickly("taichi_tracer.course.files").folder_of_course(folder, assignment.files)
+    of_course = files.folder_of_course(folder, assignment.files)
     if of_course is not None:
         return load_of_course(of_course, assignment)
     solution = solution_of(assignment)
@@ -90,7 +87,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
 
 def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their adapters."""
-    files, adapters = import_quickly("taichi_tracer.course.files"), import_quickly("taichi_tracer.course.adapters")
+    adapters = import_quickly("taichi_tracer.course.adapters")
     found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
     graduate = files.GRADUATE.get(assignment.name, {})
     folder = found.folder
@@ -99,7 +96,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
         if file in found.errors:
             loaded.errors[file] = crash(found.errors[file], folder)
         elif not (folder / file).is_file():
-            loaded.errors[file] = PartResult(MISSING, message=f"the file {file} is missing", file=file)
+            loaded.errors[file] = missing_file(file)
     classes = adapters.adapters_of(found.classes)
     loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
     for name, file in graduate.items():
@@ -108,89 +105,33 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     return loaded
 
 
-def load_classes(folder: str | Path, files: Sequence[str], others: Loaded | None = None) -> Loaded:
+def load_classes(folder: str | Path, names: Sequence[str], others: Loaded | None = None) -> Loaded:
     """The classes that some files of a folder define. A file that is missing or fails becomes an entry of ``errors``.
 
-    The files may import each other. Their modules are forgotten afterwards, so that another folder with files of the
-    same names can be loaded, too.
-
     Args:
-        others: the classes of a folder in which imports of files that are not among ``files`` are found.
+        others: the classes of a folder in which imports of files that are not among ``names`` are found first.
     """
     folder = Path(folder).resolve()
-    loaded = Loaded({}, {}, folder)
-    places = [folder] if others is None or others.folder is None else [others.folder, folder]
-    names = {path.stem for place in places for path in place.glob("*.py")}
-    former, hidden = sys.path[:], {name: sys.modules.pop(name) for name in names if name in sys.modules}
-    own = {Path(file).stem for file in files}
-    sys.modules |= {name: module for name, module in (others.modules if others else {}).items() if name not in own}
-    sys.path[:0] = map(str, places)
-    try:
-        for file in files:
-            try:
-                if not (folder / file).is_file():
-                    loaded.errors[file] = PartResult(MISSING, message=f"the file {file} is missing", file=file)
-                    continue
-                module = module_of(folder / file)
-            except KeyboardInterrupt:
-                raise
-            except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
-                loaded.errors[file] = crash(error, folder)
-                continue
-            loaded.modules[module.__name__] = module
-            of_file = {name: value for name, value in vars(module).items() if isinstance(value, type)}
-            loaded.classes |= {name: cls for name, cls in of_file.items() if cls.__module__ == module.__name__}
-    finally:
-        sys.path[:] = former
-        for name in names:
-            sys.modules.pop(name, None)
-        sys.modules.update(hidden)
-    return loaded
+
+    def module_of(own: Any, name: str, level: int) -> str:
+        """The module of a file that another file imports."""
+        if level == 0 and f"{name}.py" not in names and others and others.folder:
+            if (others.folder / f"{name}.py").is_file():
+                return f"{others.package}.{name}"
+        is_own = level > 0 or (own.folder / f"{name}.py").is_file()
+        return f"{own.package}.{name}" if is_own else name
+
+    missing = [name for name in names if not (folder / name).is_file()]
+    own = files.StudentFiles(folder, module_of)
+    found = files.run_files(own, [name for name in names if name not in missing])
+    errors = {name: crash(error, folder) for name, error in found.errors.items()}
+    errors |= {name: missing_file(name) for name in missing}
+    return Loaded(found.classes, errors, folder, package=found.package)
 
 
-def module_of(file: Path) -> types.ModuleType:
-    """Run a file as the module of its name, without a cached bytecode beside it."""
-    if file.stem in sys.modules:
-        return sys.modules[file.stem]
-    module = types.ModuleType(file.stem)
-    module.__file__ = str(file)
-    sys.modules[file.stem] = module
-    try:
-        exec(compiled(file), module.__dict__)
-    except BaseException:
-        sys.modules.pop(file.stem, None)
-        raise
-    return module
-
-
-def compiled(file: Path) -> types.CodeType:
-    """The code of a student's file, in UTF-8, with a mark or without, or in the encoding that a line names.
-
-    Raises:
-        SyntaxError: the code, or its encoding, is wrong.
-        InputError: it imports what belongs to the kit.
-    """
-    raw = file.read_bytes()  # Python finds the encoding of bytes
-    try:
-        tree = ast.parse(raw, str(file))
-    except (SyntaxError, ValueError) as error:
-        if "utf-8" in str(error) or "null bytes" in str(error):
-            raise SyntaxError(NOT_UTF8) from None
-        raise
-    if found := sorted(imports_of_the_kit(tree)):
-        raise InputError(f"{found[0]} belongs to the kit that judges: a solution cannot import it")
-    return compile(tree, str(file), "exec")
-
-
-def imports_of_the_kit(tree: ast.AST) -> set[str]:
-    """What a file imports of ``taichi_tracer.teaching``, but for what is made for students."""
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom):
-            found |= {f"{node.module}.{alias.name}" for alias in node.names}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return {name for name in found - FOR_STUDENTS if name.startswith(f"{KIT}.")}
+def missing_file(name: str) -> PartResult:
+    """What is known about the parts of a file that was not handed in."""
+    return PartResult(MISSING, message=f"the file {name} is missing", file=name)
 
 
 def is_method(name: str, value: object) -> bool:

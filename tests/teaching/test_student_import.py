@@ -2,9 +2,10 @@
 
 import pytest
 
+from taichi_tracer.course.files import parsed
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.running import answer
-from taichi_tracer.teaching.student_import import compiled, load_submission, solution_of
+from taichi_tracer.teaching.student_import import load_submission, solution_of
 
 CODE = 'NAME = "Grün"\n'
 
@@ -13,7 +14,7 @@ CODE = 'NAME = "Grün"\n'
 def test_other_encodings_are_told(tmp_path, encoding):
     (tmp_path / "a.py").write_bytes(CODE.encode(encoding))
     with pytest.raises(SyntaxError, match="not in UTF-8: save it so"):
-        compiled(tmp_path / "a.py")
+        parsed(tmp_path / "a.py")
 
 
 def test_methods_that_do_nothing_are_not_written(tmp_path):
