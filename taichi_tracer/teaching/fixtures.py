@@ -17,6 +17,7 @@ from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
 from taichi_tracer.system import runtime
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.fields import memory
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching.base import Arrays
@@ -154,9 +155,35 @@ class PlainIntersector(tt.BruteForceRayIntersector):
         return nearest
 
 
-def on_rows(method: str, names: Sequence[str], answers: Mapping[str, int]) -> Callable[[type, Arrays], Arrays]:
-    """A function that calls one method, which needs no attributes, on every row of some inputs; see ``rows.rows``."""
-    return lambda cls, inputs: rows(getattr(bare(cls), method), inputs, names, answers)
+def bound(ask: Callable, *given: Any) -> Callable:
+    """A function of kernels whose first arguments are objects of Python."""
+
+    @compile_time
+    def call(*arguments: Any) -> Any:
+        return ask(*given, *arguments)
+
+    return call
+
+
+def on_rows(
+    ask: str | Callable,
+    names: Sequence[str],
+    answers: Mapping[str, int],
+    make: Callable[[type, Arrays], Any] = lambda cls, _inputs: bare(cls),
+) -> Callable[[type, Arrays], Arrays]:
+    """A function that asks an object of the class under test on every row of some inputs; see ``rows.rows``.
+
+    Args:
+        ask: the name of a method, or a ``ti.func`` of the object and the arguments in the rows.
+        make: (the class, inputs) → the object; without it, the method needs no attributes.
+    """
+
+    def run(cls: type, inputs: Arrays) -> Arrays:
+        made = make(cls, inputs)
+        function = getattr(made, ask) if isinstance(ask, str) else bound(ask, made)
+        return rows(function, inputs, names, answers)
+
+    return run
 
 
 OUTSIDE = -1000.0  # what a read beyond the ends of a table gives
@@ -288,15 +315,22 @@ def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
     return {"matrix": np.stack(matrices)}
 
 
-def run_eye_rays(camera: Any, inputs: Arrays) -> Arrays:
-    """The ray of each "pixel", from a camera under test."""
+@ti.func
+def eye_ray(camera: ti.template(), pixel):
+    """The ray of a pixel."""
+    ray = camera.generate_ray(pixel.x, pixel.y)
+    return ray.origin, ray.direction
 
-    @ti.func
-    def eye_ray(pixel):
-        ray = camera.generate_ray(pixel.x, pixel.y)
-        return ray.origin, ray.direction
 
-    return rows(eye_ray, inputs, ["pixel"], {"origin": 3, "direction": 3})
+def run_eye_rays(make: Callable[[type, Arrays], Any]) -> Callable[[type, Arrays], Arrays]:
+    """A function that asks a camera for the ray of each "pixel"."""
+    return on_rows(eye_ray, ["pixel"], {"origin": 3, "direction": 3}, make)
+
+
+def camera_of(cls: type, inputs: Arrays) -> Any:
+    """The camera of the class under test whose size, and perhaps view, are among the inputs."""
+    view = view_of(inputs) if "eye" in inputs else {}
+    return camera(cls, inputs["width"], inputs["height"], **view)
 
 
 def front_view(rng: np.random.Generator) -> Arrays:
@@ -337,15 +371,16 @@ def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:
     return made
 
 
+@ti.func
+def along_ray(method: ti.template(), origin, direction):
+    """What a method of rays returns."""
+    return method(tt.Ray(origin=origin, direction=direction))
+
+
 def light_along(renderer: Any, inputs: Arrays, count: int) -> np.ndarray:
     """Statistics of ``count`` samples of ``shade_ray`` of each ray of the inputs."""
-
-    @ti.func
-    def radiance(origin, direction):
-        return renderer.shade_ray(tt.Ray(origin=origin, direction=direction))
-
-    found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count)
-    return statistics(found["radiance"])
+    radiance = bound(along_ray, renderer.shade_ray)
+    return statistics(samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count)["radiance"])
 
 
 def run_integrators(names: Sequence[str], count: int) -> Callable[[type, Arrays], Arrays]:

@@ -24,15 +24,10 @@ def pixels(rng: np.random.Generator) -> Arrays:
     return {"pixel": np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32), **size}
 
 
-def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
-    """The point of each pixel."""
-    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
-
-    @ti.func
-    def ndc(pixel):
-        return camera.generate_ndc_coords(pixel.x, pixel.y)
-
-    return rows(ndc, inputs, ["pixel"], {"ndc": 2})
+@ti.func
+def ndc(camera: ti.template(), pixel):
+    """The point of a pixel."""
+    return camera.generate_ndc_coords(pixel.x, pixel.y)
 
 
 def points_and_angles(rng: np.random.Generator) -> Arrays:
@@ -60,12 +55,6 @@ def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
     """Every pixel of a picture, for one camera."""
     view = {name: array[0] for name, array in fixtures.views(rng, 1).items()}
     return {**pixels(rng), **view}
-
-
-def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
-    """The eye ray of each pixel."""
-    view = fixtures.view_of(inputs)
-    return fixtures.run_eye_rays(fixtures.camera(camera_class, inputs["width"], inputs["height"], **view), inputs)
 
 
 # ── triangles ──
@@ -131,15 +120,10 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     }
 
 
-def run_triangle(intersector_class: type, inputs: Arrays) -> Arrays:
-    """The hit of each ray on its own triangle."""
-    intersector = fixtures.intersector(intersector_class, inputs)
-
-    @ti.func
-    def hit(origin, direction, triangle_id):
-        return members(intersector.intersect_triangle(tt.Ray(origin=origin, direction=direction), triangle_id))
-
-    return rows(hit, inputs, ["origin", "direction", "triangle_id"], HIT)
+@ti.func
+def hit_on_triangle(intersector: ti.template(), origin, direction, triangle_id):
+    """The hit of a ray on its own triangle."""
+    return members(intersector.intersect_triangle(tt.Ray(origin=origin, direction=direction), triangle_id))
 
 
 def rays_at_many(rng: np.random.Generator) -> Arrays:
@@ -173,15 +157,10 @@ def is_clear(mesh: Arrays, origin: np.ndarray, direction: np.ndarray) -> np.ndar
     return ~near_edge & ~near_second
 
 
-def run_nearest(intersector_class: type, inputs: Arrays) -> Arrays:
-    """The nearest hit of each ray."""
-    intersector = fixtures.intersector(intersector_class, inputs)
-
-    @ti.func
-    def hit(origin, direction):
-        return members(intersector.query_ray(tt.Ray(origin=origin, direction=direction)))
-
-    return rows(hit, inputs, ["origin", "direction"], HIT)
+@ti.func
+def nearest_hit(intersector: ti.template(), origin, direction):
+    """The nearest hit of a ray."""
+    return members(intersector.query_ray(tt.Ray(origin=origin, direction=direction)))
 
 
 # ── views ──
@@ -200,24 +179,14 @@ def hits(rng: np.random.Generator) -> Arrays:
     return dict(zip(HIT, [*whole.T.copy(), real[:, 0], real[:, 1:3], real[:, 3:]], strict=True))
 
 
-def run_view(name: str):
-    """A function that runs one view on all hits."""
-
-    def run(renderer_class: type, inputs: Arrays) -> Arrays:
-        renderer = fixtures.bare(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
-        shade = getattr(renderer, f"shade_{name}")
-
-        @ti.func
-        def color(is_hit, is_backfacing, triangle_id, material_id, distance, barycentric_coords, normal):
-            hit = tt.no_hit()
-            hit.is_hit, hit.is_backfacing, hit.triangle_id = is_hit, is_backfacing, triangle_id
-            hit.material_id, hit.distance, hit.barycentric_coords = material_id, distance, barycentric_coords
-            hit.normal = hit.geometric_normal = normal
-            return shade(hit)
-
-        return rows(color, inputs, list(HIT), {"color": 3})
-
-    return run
+@ti.func
+def color(shade: ti.template(), is_hit, is_backfacing, triangle_id, material_id, distance, barycentric_coords, normal):
+    """The colour of a hit, by one of the views."""
+    hit = tt.no_hit()
+    hit.is_hit, hit.is_backfacing, hit.triangle_id = is_hit, is_backfacing, triangle_id
+    hit.material_id, hit.distance, hit.barycentric_coords = material_id, distance, barycentric_coords
+    hit.normal = hit.geometric_normal = normal
+    return shade(hit)
 
 
 # ── pictures ──
@@ -241,18 +210,29 @@ def run_picture(view: str):
 
 def view_part(name: str) -> Part:
     """The part of one view."""
-    return method(f"A1Renderer.shade_{name}", 0.5, COLOURS, hits, run_view(name), Numbers(1e-4, called="hits"))
+
+    def shade(renderer_class: type, _inputs: Arrays):
+        """The method of the view."""
+        integrators = {"distance": SimpleNamespace(max_distance=10.0)}
+        return getattr(fixtures.bare(renderer_class, _integrators=integrators), f"shade_{name}")
+
+    run_view = fixtures.on_rows(color, list(HIT), {"color": 3}, shade)
+    return method(f"A1Renderer.shade_{name}", 0.5, COLOURS, hits, run_view, Numbers(1e-4, called="hits"))
 
 
 PIXELS, HITS = Numbers(1e-4, called="pixels"), Numbers(2e-3, "is_hit", "rays")
 POINTS, CAMERAS = Numbers(1e-4, called="points"), Numbers(1e-4, called="cameras")
+RUN_NDC = fixtures.on_rows(ndc, ["pixel"], {"ndc": 2}, fixtures.camera_of)
+RUN_RAY = fixtures.run_eye_rays(fixtures.camera_of)
+RUN_NEAREST = fixtures.on_rows(nearest_hit, ["origin", "direction"], HIT, fixtures.intersector)
+RUN_TRIANGLE = fixtures.on_rows(hit_on_triangle, ["origin", "direction", "triangle_id"], HIT, fixtures.intersector)
 PARTS = (
-    method("Camera.generate_ndc_coords", 2, RAYS, pixels, run_ndc, PIXELS),
+    method("Camera.generate_ndc_coords", 2, RAYS, pixels, RUN_NDC, PIXELS),
     method("Camera.generate_camera_coords", 3, RAYS, points_and_angles, run_camera_coords, POINTS),
     method("Camera.compute_matrix", 3, RAYS, fixtures.places, fixtures.run_matrix, CAMERAS),
-    method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, run_ray, PIXELS),
-    method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, run_triangle, HITS),
-    method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, run_nearest, HITS),
+    method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, RUN_RAY, PIXELS),
+    method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, RUN_TRIANGLE, HITS),
+    method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, RUN_NEAREST, HITS),
     *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),
     *(picture(view, 1, fixtures.front_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
 )

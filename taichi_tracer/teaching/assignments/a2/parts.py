@@ -27,43 +27,36 @@ def pixels(rng: np.random.Generator) -> Arrays:
     return {"pixel": pixel.astype(np.int32), **size, **view}
 
 
+@ti.func
+def ndc(camera: ti.template(), jitter: ti.template(), pixel):
+    """The centre of a pixel, or a random point of it."""
+    return camera.generate_ndc_coords(pixel.x, pixel.y, jitter)
+
+
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The centre of each pixel, and random points of it, in widths and heights of a pixel from its centre."""
     camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
-
-    @ti.func
-    def centre(pixel):
-        return camera.generate_ndc_coords(pixel.x, pixel.y, False)
-
-    @ti.func
-    def jittered(pixel):
-        return camera.generate_ndc_coords(pixel.x, pixel.y, True)
-
-    found = samples(centre, inputs, ["pixel"], {"centre": 2}, 1)["centre"][:, 0]
-    points = samples(jittered, inputs, ["pixel"], {"point": 2}, SAMPLES)["point"]
+    found = samples(fixtures.bound(ndc, camera, False), inputs, ["pixel"], {"centre": 2}, 1)["centre"][:, 0]
+    points = samples(fixtures.bound(ndc, camera, True), inputs, ["pixel"], {"point": 2}, SAMPLES)["point"]
     size = np.array([inputs["width"], inputs["height"]])
     middle = 2 * (inputs["pixel"] + 0.5) / size - 1
     return {"centre": found, "jitter": statistics((points - middle[:, None]) * size / 2)}
 
 
+@ti.func
+def eye_ray(camera: ti.template(), jitter: ti.template(), pixel):
+    """The ray through the centre of a pixel, or through a random point of it."""
+    ray = camera.generate_ray(pixel.x, pixel.y, jitter)
+    return ray.origin, ray.direction
+
+
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The ray through the centre of each pixel, and how far random rays turn from it, in a thousandth of a radian."""
-    view = fixtures.view_of(inputs)
-    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], **view)
-
-    @ti.func
-    def centre(pixel):
-        ray = camera.generate_ray(pixel.x, pixel.y, False)
-        return ray.origin, ray.direction
-
-    @ti.func
-    def jittered(pixel):
-        return camera.generate_ray(pixel.x, pixel.y, True).direction
-
-    found = samples(centre, inputs, ["pixel"], {"origin": 3, "direction": 3}, 1)
+    camera, width = fixtures.camera_of(camera_class, inputs), {"origin": 3, "direction": 3}
+    found = samples(fixtures.bound(eye_ray, camera, False), inputs, ["pixel"], width, 1)
+    jittered = samples(fixtures.bound(eye_ray, camera, True), inputs, ["pixel"], width, SAMPLES)["direction"]
     origin, direction = found["origin"][:, 0], found["direction"][:, 0]
-    turned = samples(jittered, inputs, ["pixel"], {"direction": 3}, SAMPLES)["direction"] - direction[:, None]
-    return {"origin": origin, "direction": direction, "jitter": statistics(1000 * turned)}
+    return {"origin": origin, "direction": direction, "jitter": statistics(1000 * (jittered - direction[:, None]))}
 
 
 # ── the running mean ──
@@ -100,18 +93,17 @@ def sky(rng: np.random.Generator) -> Arrays:
     return {"direction": np.concatenate([np.stack(direction, axis=1), special]).astype(np.float32), "image": image}
 
 
-def run_sky(environment_class: type, inputs: Arrays) -> Arrays:
-    """The radiance from each direction."""
+def environment_of(environment_class: type, inputs: Arrays):
+    """The environment with the "image" of the inputs, whose texels can be read anywhere."""
     environment = environment_class(inputs["image"])
     environment.texels = fixtures.Guarded(environment.texels)
+    return environment
 
-    @ti.func
-    def radiance(direction):
-        return environment.query_ray(tt.Ray(origin=tm.vec3(0), direction=direction))
 
-    found = rows(radiance, inputs, ["direction"], {"radiance": 3})
-    environment.destroy()
-    return found
+@ti.func
+def radiance(environment: ti.template(), direction):
+    """The radiance from a direction."""
+    return environment.query_ray(tt.Ray(origin=tm.vec3(0), direction=direction))
 
 
 # ── directions uniform on the sphere ──
@@ -153,6 +145,18 @@ def surfaces(rng: np.random.Generator, count: int) -> Arrays:
     return {"Kd": Kd, "Ns": Ns.astype(f32), "normal": normal.astype(f32), "w_o": w_o.astype(f32)}
 
 
+@ti.func
+def drawn_direction(brdf: ti.template(), material: ti.template(), a, b, w_o, normal):
+    """A direction that is drawn on a surface, whose material is made of two numbers."""
+    return brdf.sample_direction(material(a, b), w_o, normal)
+
+
+@ti.func
+def value(given: ti.template(), a, b, w_o, w_i, normal):
+    """What a method has for two directions; given are the method, and what makes a material of two numbers."""
+    return given[0](given[1](a, b), w_o, w_i, normal)
+
+
 def run_drawn(material, names):
     """A function that draws directions on each surface.
 
@@ -161,12 +165,7 @@ def run_drawn(material, names):
     """
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        brdf = fixtures.bare(brdf_class)
-
-        @ti.func
-        def w_i(a, b, w_o, normal):
-            return brdf.sample_direction(material(a, b), w_o, normal)
-
+        w_i = fixtures.bound(drawn_direction, fixtures.bare(brdf_class), material)
         drawn = samples(w_i, inputs, [*names, "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"]
         return {"w_i": statistics(drawn), "length": length_of(drawn)}
 
@@ -176,16 +175,10 @@ def run_drawn(material, names):
 def run_values(material, names, method_name: str, answer: str, width: int):
     """A function that evaluates a method for all pairs of directions; see ``run_drawn``."""
 
-    def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(fixtures.bare(brdf_class), method_name)
+    def given(brdf_class: type, _inputs: Arrays):
+        return getattr(fixtures.bare(brdf_class), method_name), material
 
-        @ti.func
-        def value(a, b, w_o, w_i, normal):
-            return function(material(a, b), w_o, w_i, normal)
-
-        return rows(value, inputs, [*names, "w_o", "w_i", "normal"], {answer: width})
-
-    return run
+    return fixtures.on_rows(value, [*names, "w_o", "w_i", "normal"], {answer: width}, given)
 
 
 def pairs_of_directions(rng: np.random.Generator) -> Arrays:
@@ -278,8 +271,7 @@ def spheres_view(rng: np.random.Generator) -> Arrays:
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The spheres, with all of the student's classes."""
-    environment = classes.Environment(inputs["image"])
-    environment.texels = fixtures.Guarded(environment.texels)
+    environment = environment_of(classes.Environment, inputs)
     scene = tt.load_scene_data("specular_spheres", environment=environment)
     size = fixtures.SIZE
     camera = classes.Camera(size, size, **fixtures.view_of(inputs))
@@ -303,12 +295,13 @@ PDF, F_R, FACTOR = (run_values(*COURSE, *value) for value in VALUES)
 M_PDF, M_F_R, M_FACTOR = (run_values(*ROUGH, *value) for value in VALUES)
 FEW, FEW_ROUGH = partial(surfaces, count=12), partial(rough_surfaces, count=12)
 SAME_FACTOR, DRAWN = Numbers(1e-4, called="directions"), Samples(exact=LENGTH, called="surfaces")
+RUN_SKY = fixtures.on_rows(radiance, ["direction"], {"radiance": 3}, environment_of)
 NEXT_MEAN = fixtures.on_rows("running_mean", ["mean", "sample", "count"], {"new mean": 3})
 PARTS = (
     method("Camera.generate_ndc_coords", 3, JITTER, pixels, run_ndc, PIXELS),
     method("Camera.generate_ray", 2, JITTER, pixels, run_ray, RAYS_OF_PIXELS),
     method("A2Renderer.running_mean", 3, MEAN, means, NEXT_MEAN, Numbers(1e-4, called="means")),
-    method("Environment.query_ray", 4, SKY, sky, run_sky, Numbers(1e-4, called="directions")),
+    method("Environment.query_ray", 4, SKY, sky, RUN_SKY, Numbers(1e-4, called="directions")),
     method("UniformSampler.sample_direction", 2, DIRECTIONS, repeats, run_uniform, Samples(exact=LENGTH)),
     method("UniformSampler.evaluate_probability", 1, DIRECTIONS, repeats, run_uniform_pdf, Numbers(1e-5)),
     method("BRDF.sample_direction", 4, DIRECTIONS, FEW, run_drawn(*COURSE), DRAWN),

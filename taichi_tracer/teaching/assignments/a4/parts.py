@@ -41,16 +41,17 @@ def run_roulette(renderer_class: type, inputs: Arrays) -> Arrays:
     return {"throughput": statistics(found["throughput"])}
 
 
+@ti.func
+def reflected(renderer: ti.template(), origin, direction):
+    """A sample of the light that the lamps send by one reflection along a ray."""
+    hit = renderer.scene_data.ray_intersector.query_ray(tt.Ray(origin=origin, direction=direction))
+    x = offset_origin(hit.position, hit.position_error, hit.normal)
+    return renderer.sample_light(hit, x, -direction)
+
+
 def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
     """Samples of the light that the lamps send by one reflection."""
-    renderer = renderer_class(fixtures.scene(inputs), 8, 8)
-
-    @ti.func
-    def light(origin, direction):
-        hit = renderer.scene_data.ray_intersector.query_ray(tt.Ray(origin=origin, direction=direction))
-        x = offset_origin(hit.position, hit.position_error, hit.normal)
-        return renderer.sample_light(hit, x, -direction)
-
+    light = fixtures.bound(reflected, renderer_class(fixtures.scene(inputs), 8, 8))
     return {"light": statistics(samples(light, inputs, ["origin", "direction"], {"light": 3}, PATH_SAMPLES)["light"])}
 
 

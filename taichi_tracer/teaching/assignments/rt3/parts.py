@@ -7,7 +7,6 @@ import taichi_tracer as tt
 from taichi_tracer.teaching import fixtures
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, picture
-from taichi_tracer.teaching.rows import rows
 
 FRAME, SCREEN, RAYS = "camera frames", "raster images", "projections"
 
@@ -30,20 +29,10 @@ def camera_of(camera_class: type, inputs: Arrays):
     return fixtures.camera(camera_class, inputs["width"], inputs["height"], kind, **view)
 
 
-def run_screen(camera_class: type, inputs: Arrays) -> Arrays:
-    """The point of the window of each pixel."""
-    camera = camera_of(camera_class, inputs)
-
-    @ti.func
-    def screen(pixel):
-        return camera.pixel_to_screen(pixel.x, pixel.y)
-
-    return rows(screen, inputs, ["pixel"], {"screen": 2})
-
-
-def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
-    """The ray of each pixel."""
-    return fixtures.run_eye_rays(camera_of(camera_class, inputs), inputs)
+@ti.func
+def screen(camera: ti.template(), pixel):
+    """The point of the window of a pixel."""
+    return camera.pixel_to_screen(pixel.x, pixel.y)
 
 
 def cornell_view(rng: np.random.Generator) -> Arrays:
@@ -65,10 +54,11 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 
 SAME, CAMERAS = Numbers(1e-4, called="pixels"), Numbers(1e-4, called="cameras")
+RUN_SCREEN, RUN_RAY = fixtures.on_rows(screen, ["pixel"], {"screen": 2}, camera_of), fixtures.run_eye_rays(camera_of)
 PARTS = (
     method("PerspectiveCamera.compute_matrix", 3, FRAME, fixtures.places, fixtures.run_matrix, CAMERAS),
-    method("PerspectiveCamera.pixel_to_screen", 3, SCREEN, pixels, run_screen, SAME),
-    method("PerspectiveCamera.generate_ray", 3, RAYS, pixels, run_ray, SAME),
-    method("OrthographicCamera.generate_ray", 3, RAYS, pixels, run_ray, SAME),
+    method("PerspectiveCamera.pixel_to_screen", 3, SCREEN, pixels, RUN_SCREEN, SAME),
+    method("PerspectiveCamera.generate_ray", 3, RAYS, pixels, RUN_RAY, SAME),
+    method("OrthographicCamera.generate_ray", 3, RAYS, pixels, RUN_RAY, SAME),
     picture("two cameras", 1, cornell_view, run_picture),
 )
