@@ -10,11 +10,10 @@ An assignment is a folder with
 """
 
 import ast
-import importlib.util
+import runpy
 import sys
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from taichi_tracer.system.errors import InputError, one_of
@@ -81,27 +80,15 @@ def load_sealed(folder: Path) -> Assignment:
 
 
 def constant(file: Path, name: str) -> Any:
-    """A constant of a Python file of an assignment."""
-    module = run(file)
-    if not hasattr(module, name):
-        raise InputError(f"{file}: the file has no {name}: see docs/teaching.md")
-    return getattr(module, name)
-
-
-def run(file: Path) -> ModuleType:
-    """The module of a file that need not lie in a package. It may import files beside it."""
-    name = f"_assignment_{file.parent.name}_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
-        raise InputError(f"{file}: this is no Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    """A constant of a Python file of an assignment, which may import files beside it."""
     sys.path.insert(0, str(file.parent))
     try:
-        spec.loader.exec_module(module)
+        found = runpy.run_path(str(file), run_name=f"_assignment_{file.parent.name}_{file.stem}")
     finally:
         sys.path.remove(str(file.parent))
-    return module
+    if name not in found:
+        raise InputError(f"{file}: the file has no {name}: see docs/teaching.md")
+    return found[name]
 
 
 def classes_in(file: Path) -> list[str]:

@@ -157,25 +157,15 @@ class Environment(tt.Environment):
             self.image_scalar[x, y] = luminance * ti.sin(theta)
         ### END SOLUTION
 
-    @ti.kernel
     def precompute_cdfs(self):
-        """Fill the other tables: the rows up to y have the share cdf_ptheta[y] of the light.
+        """Given: fill the other tables: the rows up to y have the share cdf_ptheta[y] of the light.
 
         cdf_p_phi_given_theta[x, y] is the share that the texels up to x have of the light of row y.
         """
-        total = 0.0
-        ti.loop_config(serialize=True)
-        for y in range(self.y_resolution):
-            row = 0.0
-            for x in range(self.x_resolution):
-                row += self.image_scalar[x, y]
-                self.cdf_p_phi_given_theta[x, y] = row
-            for x in range(self.x_resolution):
-                self.cdf_p_phi_given_theta[x, y] /= row
-            total += row
-            self.cdf_ptheta[y] = total
-        for y in range(self.y_resolution):
-            self.cdf_ptheta[y] /= total
+        texels = np.cumsum(self.image_scalar.to_numpy(), axis=0)
+        rows = np.cumsum(texels[-1])
+        self.cdf_p_phi_given_theta.from_numpy(texels / texels[-1])
+        self.cdf_ptheta.from_numpy(rows / rows[-1])
 
     def precompute_envmap(self):
         """Fill all tables."""
