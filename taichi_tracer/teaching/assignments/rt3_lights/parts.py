@@ -1,6 +1,6 @@
 """What is checked of RT3's light: four lights, the highlight, the sum with its shadows, mirrors, and a picture."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,28 +76,46 @@ def points(rng: np.random.Generator) -> Arrays:
     return {"x": x, "light": which, "position": position, "intensity": intensity, "attenuation": attenuation}
 
 
-def lights_from(light_class: type, inputs: Arrays, names: Sequence[str]) -> list:
-    """The lights that the inputs with these names describe."""
-    return [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
+@ti.func
+def of_one(lights: ti.template(), ask: ti.template(), which, given):
+    """The numbers that ``ask`` gets from one of the lights."""
+    numbers = ask(lights[0], given)
+    for k in ti.static(range(1, len(lights))):
+        if which == k:
+            numbers = ask(lights[k], given)
+    return numbers
+
+
+def run_lights(names: Sequence[str], ask: Callable, given: str, answers: Mapping[str, int]) -> Callable:
+    """A function that asks one light for each row of the inputs.
+
+    Args:
+        names: of the inputs that make the lights. given: that of the input which ``ask`` gets beside the light.
+        ask: a ``ti.func`` that returns the numbers of all answers, in one vector.
+    """
+
+    def run(light_class: type, inputs: Arrays) -> Arrays:
+        lights = [light_class(*made) for made in zip(*(inputs[name].tolist() for name in names), strict=True)]
+        function, width = fixtures.bound(of_one, lights, ask), sum(answers.values())
+        given_rows = with_numbers(inputs) if given == "numbers" else inputs
+        numbers = rows(function, given_rows, ["light", given], {"numbers": width})["numbers"]
+        columns = np.split(numbers, np.cumsum(list(answers.values()))[:-1], axis=1)
+        answered = zip(answers, columns, strict=True)
+        return {name: column if answers[name] > 1 else column[:, 0] for name, column in answered}
+
+    return run
+
+
+@ti.func
+def sampled(light: ti.template(), x):
+    """Direction, distance, light and density of a sample."""
+    w_i, distance, arriving, pdf = light.sample(x, tm.vec2(0.5))
+    return ti.Vector([w_i.x, w_i.y, w_i.z, distance, arriving.x, arriving.y, arriving.z, pdf])
 
 
 def run_sample(*names: str) -> Callable[[type, Arrays], Arrays]:
     """A function that calls ``sample`` of the lights that the inputs with these names describe."""
-
-    def run(light_class: type, inputs: Arrays) -> Arrays:
-        lights = lights_from(light_class, inputs, names)
-
-        @ti.func
-        def arriving(which, x):
-            w_i, distance, light, pdf = tm.vec3(0), 0.0, tm.vec3(0), 0.0
-            for k in ti.static(range(len(lights))):
-                if which == k:
-                    w_i, distance, light, pdf = lights[k].sample(x, tm.vec2(0.5))
-            return w_i, distance, light, pdf
-
-        return rows(arriving, inputs, ["light", "x"], {"direction": 3, "distance": 1, "arriving": 3, "density": 1})
-
-    return run
+    return run_lights(names, sampled, "x", {"direction": 3, "distance": 1, "arriving": 3, "density": 1})
 
 
 def points_far_away(rng: np.random.Generator) -> Arrays:
@@ -156,19 +174,10 @@ def angles(rng: np.random.Generator) -> Arrays:
     return {**found, "theta": np.stack([between, other], axis=1).astype(f32)}
 
 
-def run_share(light_class: type, inputs: Arrays) -> Arrays:
+@ti.func
+def shares(light: ti.template(), theta):
     """The shares at two angles."""
-    lights = lights_from(light_class, inputs, SPOT)
-
-    @ti.func
-    def shares(which, theta):
-        s = tm.vec2(0)
-        for k in ti.static(range(len(lights))):
-            if which == k:
-                s = tm.vec2(lights[k].share(theta.x), lights[k].share(theta.y))
-        return s
-
-    return rows(shares, inputs, ["light", "theta"], {"share": 2})
+    return tm.vec2(light.share(theta.x), light.share(theta.y))
 
 
 def materials(rng: np.random.Generator) -> Arrays:
@@ -195,19 +204,10 @@ def material_of(numbers):
     return BlinnMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=Km, Ns=numbers[12])
 
 
-def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
-    """What a surface shows of each ambient light."""
-    lights = lights_from(light_class, inputs, ["I"])
-
-    @ti.func
-    def shown(which, numbers):
-        light, material = tm.vec3(0), material_of(numbers)
-        for k in ti.static(range(len(lights))):
-            if which == k:
-                light = NOTHING + lights[k].reflected(material)
-        return light
-
-    return rows(shown, with_numbers(inputs), ["light", "numbers"], {"light": 3})
+@ti.func
+def shown(light: ti.template(), numbers):
+    """What a surface shows of an ambient light."""
+    return NOTHING + light.reflected(material_of(numbers))
 
 
 # ── one surface ──
@@ -438,12 +438,21 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 
 POINTS, SURFACES = Numbers(1e-3, called="points"), Numbers(1e-3, called="surfaces")
+RUN_SHARE = run_lights(SPOT, shares, "theta", {"share": 2})
+RUN_AMBIENT = run_lights(["I"], shown, "numbers", {"light": 3})
 PARTS = (
     method("PointLight.sample", 3, LIGHTS, points, run_sample(*POINT), POINTS),
     method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_sample("way", "irradiance"), POINTS),
-    method("SpotLight.share", 2, CONES, angles, run_share, Numbers(1e-4, called="pairs of angles")),
+    method(
+        "SpotLight.share",
+        2,
+        CONES,
+        angles,
+        RUN_SHARE,
+        Numbers(1e-4, called="pairs of angles"),
+    ),
     method("SpotLight.sample", 3, CONES, points_in_cones, run_sample(*SPOT), POINTS),
-    method("AmbientLight.reflected", 1, AMBIENT, materials, run_ambient, SURFACES),
+    method("AmbientLight.reflected", 1, AMBIENT, materials, RUN_AMBIENT, SURFACES),
     method("BlinnPhong.highlight", 3, HIGHLIGHTS, pairs_of_lights, run_highlight, SURFACES),
     method("BlinnPhong.shade", 5, SUM, lit_surfaces, run_shade, SURFACES),
     method("BlinnPhong.radiance", 4, MIRRORS, mirror_room, run_radiance, Numbers(1e-3, called="pairs of rays")),
