@@ -4,13 +4,11 @@ All directions leave the surface and have unit length. Each check takes a regist
 of ``trial_materials`` that it describes, with viewers from right above to grazing, about normals in several directions.
 """
 
-from functools import cached_property
-
 import numpy as np
 import taichi as ti
 
 from taichi_tracer.brdfs.microfacet import LAYERED
-from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.contracts.statistics import (
     check_density,
     check_range,
@@ -61,30 +59,9 @@ class Bench:
         self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
         self._memory.allocate()
         self.library.tables().load(self._memory)
-
-    @cached_property
-    def sample(self):
-        """(N, 3) directions of material number ``which``, of w_o, n and (N, 2) random numbers."""
-        brdf, library = self.brdf, self.library
-
-        @ti.func
-        def sample(which, w_o, n, xi):
-            return brdf.sample(library.get(which), w_o, n, xi)
-
-        return Rows(sample, [WHOLE, 3, 3, 2], [3])
-
-    @cached_property
-    def values(self):
-        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i as if it were a sample; of which, w_o, n, w_i."""
-        brdf, library = self.brdf, self.library
-
-        @ti.func
-        def values(which, w_o, n, w_i):
-            material = library.get(which)
-            f, pdf = brdf.eval(material, w_o, w_i, n), brdf.pdf(material, w_o, w_i, n)
-            return f, pdf, brdf.sample_weight(material, w_o, w_i, n)
-
-        return Rows(values, [WHOLE, 3, 3, 3], [3, 1, 3])
+        # which, w_o, n, (N, 2) ξ → (N, 3) directions; which, w_o, n, w_i → f_r (N, 3), pdf (N,), weight (N, 3)
+        self.sample = Rows(bound(sampled, brdf, self.library), [WHOLE, 3, 3, 2], [3])
+        self.values = Rows(bound(values, brdf, self.library), [WHOLE, 3, 3, 3], [3, 1, 3])
 
     def cases(self):
         """(number of the material, w_o, n, what to say of it), each combination once."""
@@ -92,6 +69,20 @@ class Bench:
             for n in NORMALS:
                 for cosine in COSINES:
                     yield which, viewer(n, cosine), n, f"{self.brdf.name}: {shown(material)}, n = {n}, n·w_o = {cosine}"
+
+
+@ti.func
+def sampled(brdf: ti.template(), library: ti.template(), which, w_o, n, xi):
+    """A direction, of material number ``which``."""
+    return brdf.sample(library.get(which), w_o, n, xi)
+
+
+@ti.func
+def values(brdf: ti.template(), library: ti.template(), which, w_o, n, w_i):
+    """f_r, pdf, and the weight of w_i as if it were a sample."""
+    material = library.get(which)
+    f, pdf = brdf.eval(material, w_o, w_i, n), brdf.pdf(material, w_o, w_i, n)
+    return f, pdf, brdf.sample_weight(material, w_o, w_i, n)
 
 
 def shown(material):

@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import runtime
+from taichi_tracer.system.compile_time import compile_time
 
 WHOLE = 0  # the width of one whole number, of less than 24 bits; −2 is that of a vector of two
 
@@ -70,6 +71,16 @@ class Rows:
             else:
                 for k in ti.static(range(len(self.answers))):
                     write(found, i, j, self.answers[k], answer[k])
+
+
+def bound(ask: Callable, *given: Any) -> Callable:
+    """A function of kernels whose first arguments are objects of Python."""
+
+    @compile_time
+    def call(*arguments: Any) -> Any:
+        return ask(*given, *arguments)
+
+    return call
 
 
 @ti.func

@@ -20,7 +20,6 @@ from taichi_tracer.teaching.running import answer, expected, has_own_distributio
 from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``check`` allows
-LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]
 
 
@@ -150,7 +149,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     watch(html_boxes.lines_of(result))
     if result.status == RIGHT or not part.replaces:
         return result
-    left = max(LEAST_FOR_MISTAKES, SECONDS_OF_A_PART - (time.monotonic() - start))
+    left = SECONDS_OF_A_PART - (time.monotonic() - start)
     result = replace(result, findings=tuple(find(assignment, part, seed, found.arrays, right, left)))
     watch(html_boxes.lines_of_findings(result))
     return result

@@ -13,11 +13,11 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import bound
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
 from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.fields import memory
 from taichi_tracer.system.threads import inside_kernel
 from taichi_tracer.teaching.base import Arrays
@@ -153,16 +153,6 @@ class PlainIntersector(tt.BruteForceRayIntersector):
             if hit.is_hit and hit.distance < nearest.distance:
                 nearest = hit
         return nearest
-
-
-def bound(ask: Callable, *given: Any) -> Callable:
-    """A function of kernels whose first arguments are objects of Python."""
-
-    @compile_time
-    def call(*arguments: Any) -> Any:
-        return ask(*given, *arguments)
-
-    return call
 
 
 def on_rows(

@@ -131,7 +131,7 @@ def parts_table(marks: Sequence[Mark]) -> str:
 
 
 def mistakes_table(marks: Sequence[Mark], links: Mapping[str, str]) -> str:
-    """Which known mistakes were made how often, and by whom; mistakes that give the same numbers count together."""
+    """Which known mistakes were made how often, and by whom."""
     who: dict[tuple[str, str, str], list[str]] = {}
     for mark in marks:
         for part in mark.parts:

@@ -7,6 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import bound
 from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
@@ -36,8 +37,8 @@ def ndc(camera: ti.template(), jitter: ti.template(), pixel):
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The centre of each pixel, and random points of it, in widths and heights of a pixel from its centre."""
     camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
-    found = samples(fixtures.bound(ndc, camera, False), inputs, ["pixel"], {"centre": 2}, 1)["centre"][:, 0]
-    points = samples(fixtures.bound(ndc, camera, True), inputs, ["pixel"], {"point": 2}, SAMPLES)["point"]
+    found = samples(bound(ndc, camera, False), inputs, ["pixel"], {"centre": 2}, 1)["centre"][:, 0]
+    points = samples(bound(ndc, camera, True), inputs, ["pixel"], {"point": 2}, SAMPLES)["point"]
     size = np.array([inputs["width"], inputs["height"]])
     middle = 2 * (inputs["pixel"] + 0.5) / size - 1
     return {"centre": found, "jitter": statistics((points - middle[:, None]) * size / 2)}
@@ -53,8 +54,8 @@ def eye_ray(camera: ti.template(), jitter: ti.template(), pixel):
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The ray through the centre of each pixel, and how far random rays turn from it, in a thousandth of a radian."""
     camera, width = fixtures.camera_of(camera_class, inputs), {"origin": 3, "direction": 3}
-    found = samples(fixtures.bound(eye_ray, camera, False), inputs, ["pixel"], width, 1)
-    jittered = samples(fixtures.bound(eye_ray, camera, True), inputs, ["pixel"], width, SAMPLES)["direction"]
+    found = samples(bound(eye_ray, camera, False), inputs, ["pixel"], width, 1)
+    jittered = samples(bound(eye_ray, camera, True), inputs, ["pixel"], width, SAMPLES)["direction"]
     origin, direction = found["origin"][:, 0], found["direction"][:, 0]
     return {"origin": origin, "direction": direction, "jitter": statistics(1000 * (jittered - direction[:, None]))}
 
@@ -165,7 +166,7 @@ def run_drawn(material, names):
     """
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        w_i = fixtures.bound(drawn_direction, fixtures.bare(brdf_class), material)
+        w_i = bound(drawn_direction, fixtures.bare(brdf_class), material)
         drawn = samples(w_i, inputs, [*names, "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"]
         return {"w_i": statistics(drawn), "length": length_of(drawn)}
 

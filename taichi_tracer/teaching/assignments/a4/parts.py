@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import bound
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.teaching import fixtures, light_scenes
 from taichi_tracer.teaching.base import Arrays, method
@@ -51,7 +52,7 @@ def reflected(renderer: ti.template(), origin, direction):
 
 def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
     """Samples of the light that the lamps send by one reflection."""
-    light = fixtures.bound(reflected, renderer_class(fixtures.scene(inputs), 8, 8))
+    light = bound(reflected, renderer_class(fixtures.scene(inputs), 8, 8))
     return {"light": statistics(samples(light, inputs, ["origin", "direction"], {"light": 3}, PATH_SAMPLES)["light"])}
 
 

@@ -8,6 +8,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import bound
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.teaching import fixtures, light_scenes
@@ -96,7 +97,7 @@ def run_lights(names: Sequence[str], ask: Callable, given: str, answers: Mapping
 
     def run(light_class: type, inputs: Arrays) -> Arrays:
         lights = [light_class(*made) for made in zip(*(inputs[name].tolist() for name in names), strict=True)]
-        function, width = fixtures.bound(of_one, lights, ask), sum(answers.values())
+        function, width = bound(of_one, lights, ask), sum(answers.values())
         given_rows = with_numbers(inputs) if given == "numbers" else inputs
         numbers = rows(function, given_rows, ["light", given], {"numbers": width})["numbers"]
         columns = np.split(numbers, np.cumsum(list(answers.values()))[:-1], axis=1)
