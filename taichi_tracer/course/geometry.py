@@ -1,5 +1,6 @@
 """A scene as students' files of the course see it: triangles are counted from 1, and so are the ids that are stored."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -35,15 +36,25 @@ def to_course(hit):
     return found
 
 
-class CourseGeometry:
-    """The package's geometry with ids that count from 1; other attributes are the package's.
+class OfPackage:
+    """An object with the course's conventions in place of one of the package's, whose other attributes it has."""
+
+    def __init__(self, package: Any) -> None:
+        self.package = package
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(vars(self)["package"], name)
+
+
+class CourseGeometry(OfPackage):
+    """The package's geometry with ids that count from 1.
 
     Attributes:
         triangle_vertex_ids, triangle_normal_ids: fields of three ids for each triangle, counted from 1.
     """
 
     def __init__(self, geometry: Any) -> None:
-        self.package = geometry
+        super().__init__(geometry)
         count = max(1, int(geometry.n_triangles))
         self._memory = memory.Memory()
         self.triangle_vertex_ids, self.triangle_normal_ids = (ti.Vector.field(3, ti.i32) for _ in range(2))
@@ -52,9 +63,6 @@ class CourseGeometry:
         for name in ("triangle_vertex_ids", "triangle_normal_ids"):
             if hasattr(geometry, name):
                 self._memory.write(vars(self)[name], getattr(geometry, name).to_numpy()[:count] + 1)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(vars(self)["package"], name)
 
 
 @ti.data_oriented
@@ -92,11 +100,12 @@ def read_from_one(ids: ti.template(), i):
 
 
 @ti.data_oriented
-class CourseLights:
-    """A sampler of lamps, with triangles from 1; other attributes are the package's."""
+class CourseLights(OfPackage):
+    """A sampler of lamps, with triangles from 1."""
 
     def __init__(self, sampler: Any, scene: Any) -> None:
-        self.package, self.has_emissive_triangles = sampler, True
+        super().__init__(sampler)
+        self.has_emissive_triangles = True
         self.geometry, self.material_library = scene.geometry, scene.material_library
         self.emissive_triangle_ids = FromOne(sampler.emissive_triangle_ids)
         self.total_emissive_area = total_area_of(sampler)
@@ -117,35 +126,22 @@ class CourseLights:
         """The density of the point, per area."""
         return call_with_known_args(self.package.evaluate_probability)
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(vars(self)["package"], name)
 
-
-class NoLights:
-    """What a scene without emissive triangles has."""
-
-    has_emissive_triangles = False
-
-    def __init__(self, scene: Any) -> None:
-        self.geometry, self.material_library = scene.geometry, scene.material_library
-
-
-class CourseScene:
+class CourseScene(OfPackage):
     """The package's scene: see the classes above. A scene without an environment has a black one."""
 
     def __init__(self, scene: Any) -> None:
-        self.package, self.geometry = scene, CourseGeometry(scene.geometry)
+        super().__init__(scene)
+        self.geometry = CourseGeometry(scene.geometry)
         self.ray_intersector = CourseRays(scene.ray_intersector, self.geometry)
         self.environment = scene.environment
         if self.environment is None:
             self.environment = Environment(np.zeros((1, 1, 3)), name="black")
-        self.mesh_light_sampler: Any = NoLights(self)
+        nothing = {"geometry": self.geometry, "material_library": scene.material_library}
+        self.mesh_light_sampler: Any = SimpleNamespace(has_emissive_triangles=False, **nothing)
         if scene.lamps.count > 0 and isinstance(scene.lamps.choice, MeshLightSampler):
             scene.lamps.prepare()
             self.mesh_light_sampler = CourseLights(scene.lamps.choice, self)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(vars(self)["package"], name)
 
 
 def total_area_of(sampler: Any) -> Any:

@@ -5,7 +5,6 @@ class: the fields are shared, and only the tested methods are compiled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -41,35 +40,29 @@ def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
     return bare(cls, **vars(original))
 
 
-@lru_cache(maxsize=8)
-def _camera(width: int, height: int, kind: type, version: int) -> Any:
-    return kind(width, height)
-
-
 def camera(cls: type, width: int, height: int, kind: type = tt.Camera, **view: Any) -> Any:
     """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
 
     Args:
         view: eye, at, up and fov.
     """
-    original = _camera(int(width), int(height), kind, generation())
+    size = np.array([width, height])
+    original = cached(kind.__name__, lambda size: kind(*size.tolist()), size)
     if view:
         original.set_camera_parameters(**view)
-    return as_class(original, cls, int(width), int(height), **view)
-
-
-def generation() -> int:
-    """A number that changes when Taichi starts again, because fields end with it."""
-    runtime.ensure()
-    return id(ti.lang.impl.get_runtime().prog)
+    return as_class(original, cls, *size.tolist(), **view)
 
 
 _KEPT: dict[str, tuple[tuple, Any]] = {}
 
 
 def cached(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
-    """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them."""
-    key = (generation(), *(np.ascontiguousarray(array).tobytes() for array in arrays))
+    """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them.
+
+    The program of Taichi belongs to the key: fields end with it.
+    """
+    runtime.ensure()
+    key = (ti.lang.impl.get_runtime().prog, *(np.ascontiguousarray(array).tobytes() for array in arrays))
     if name not in _KEPT or _KEPT[name][0] != key:
         _KEPT[name] = key, make(*arrays)
     return _KEPT[name][1]
@@ -262,6 +255,15 @@ def rough_material_of(alpha, F0):
 
 
 # ── cameras ──
+
+
+def met_planes(origin: np.ndarray, direction: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(3, …) t, u, v at which (…, 3) rays meet the planes of triangles, (…, 3, 3)."""
+    v0, e1, e2 = corners[..., 0, :], corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+    s = origin - v0
+    pairs = (e2, np.cross(s, e1)), (s, np.cross(direction, e2)), (direction, np.cross(s, e1))
+    with np.errstate(all="ignore"):
+        return np.stack([(a * b).sum(axis=-1) for a, b in pairs]) / (e1 * np.cross(direction, e2)).sum(axis=-1)
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ Gradescope unpacks the upload into /autograder/source and runs setup.sh once. Fo
 """
 
 import importlib.metadata
+import io
 import json
 import shlex
 import zipfile
@@ -127,15 +128,13 @@ def write_upload(assignment: Assignment, name: str, target: Path, seed: int) -> 
     entries |= tree(PACKAGE, "taichi_tracer") | tree(scene_data_dir(), "taichi_tracer/scene_data_dir")
     if not is_shipped:
         entries |= tree(assignment.folder, f"assignment/{assignment.name}")
-    part = target.with_name(f".{target.name}.part")
-    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
         for path in sorted(entries):
             entry = zipfile.ZipInfo(path, TIME)
-            entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if path in ("setup.sh", "run_autograder") else 0o644) << 16
-            archive.writestr(entry, entries[path])
-    replace_file(target, part.read_bytes())
-    part.unlink()
+            archive.writestr(entry, entries[path], zipfile.ZIP_DEFLATED)
+    replace_file(target, content.getvalue())
     return target
 
 

@@ -141,14 +141,7 @@ def rays_at_many(rng: np.random.Generator) -> Arrays:
 
 def is_clear(mesh: Arrays, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """(n,) bool: whether rounding cannot decide what each ray hits: no edge, and no second hit, is close to a hit."""
-    v0, v1, v2 = np.swapaxes(mesh["vertices"].reshape(-1, 3, 3), 0, 1)
-    e1, e2, s = v1 - v0, v2 - v0, origin[:, None] - v0
-    d = direction[:, None]
-    with np.errstate(all="ignore"):
-        det = (e1 * np.cross(d, e2)).sum(axis=2)
-        u = (s * np.cross(d, e2)).sum(axis=2) / det
-        v = (d * np.cross(s, e1)).sum(axis=2) / det
-        t = (e2 * np.cross(s, e1)).sum(axis=2) / det
+    t, u, v = fixtures.met_planes(origin[:, None], direction[:, None], mesh["vertices"].reshape(-1, 3, 3))
     w = 1 - u - v
     near_edge = (np.minimum(np.minimum(abs(u), abs(v)), abs(w)) < 0.005).any(axis=1)
     hits = np.sort(np.where((u >= 0) & (v >= 0) & (w >= 0) & (t > 0), t, np.inf), axis=1)

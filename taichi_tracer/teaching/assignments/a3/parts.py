@@ -97,12 +97,7 @@ def run_points(sampler_class: type, inputs: Arrays) -> Arrays:
 def places_on_triangles(inputs: Arrays, w_i: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """(n, m, 2) barycentric coordinates (u, v) at which each direction meets the plane of its own triangle."""
     corners = inputs["vertices"][inputs["faces"]][np.clip(chosen, 0, len(inputs["faces"]) - 1)]
-    v0, e1, e2 = corners[..., 0, :], corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
-    s = inputs["hit_point"].astype(np.float64)[:, None] - v0
-    with np.errstate(all="ignore"):
-        det = (e1 * np.cross(w_i, e2)).sum(axis=-1)
-        u = (s * np.cross(w_i, e2)).sum(axis=-1) / det
-        v = (w_i * np.cross(s, e1)).sum(axis=-1) / det
+    _, u, v = fixtures.met_planes(inputs["hit_point"].astype(np.float64)[:, None], w_i, corners)
     return np.clip(np.stack([u, v], axis=-1), -10, 10)
 
 
