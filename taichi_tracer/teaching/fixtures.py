@@ -231,8 +231,10 @@ def members(hit):
 
 @ti.dataclass
 class PlainMaterial:
-    """The members of a material that the BRDFs of the course read."""
+    """The members of a material that the BRDFs of the course read, and the sum of Blinn and Phong."""
 
+    Ka: tm.vec3
+    Km: tm.vec3
     Kd: tm.vec3
     Ks: tm.vec3
     Ke: tm.vec3

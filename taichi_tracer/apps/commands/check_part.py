@@ -3,7 +3,6 @@
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Callable
 from typing import Any
 
 from taichi_tracer.apps.faults import text_of_fault
@@ -56,21 +55,13 @@ def checked(part: Any) -> bool:
     print(f"{kind} {part.name} ({class_name(part)})")
     steps = import_quickly("taichi_tracer.contracts.steps").steps_of(part)
     for what, check in steps:
-        is_right, line = outcome(what, check)
-        print(line, flush=True)
-        if not is_right:
+        start = time.perf_counter()
+        try:
+            check()
+        except AssertionError as error:
+            print(f"  WRONG  {' '.join(str(error).split()) or what}", flush=True)
             return False
+        print(f"  right  {what} ({time.perf_counter() - start:.1f} s)", flush=True)
     if not steps:
         print("  nothing is checked: it describes none of the materials that are tried, or it only joins parts")
     return True
-
-
-def outcome(what: str, check: Callable[[], object]) -> tuple[bool, str]:
-    """Whether a check holds, and the line about it: what was checked, or the first wrong number."""
-    start = time.perf_counter()
-    try:
-        check()
-    except AssertionError as error:
-        text = " ".join(str(error).split())
-        return False, f"  WRONG  {text or what}"
-    return True, f"  right  {what} ({time.perf_counter() - start:.1f} s)"

@@ -26,17 +26,6 @@ NOTHING = tm.vec3(0)  # is added to what a method returns: Taichi ends the proce
 
 
 @ti.dataclass
-class BlinnMaterial:
-    """The members of a material that the sum of Blinn and Phong reads."""
-
-    Ka: tm.vec3
-    Kd: tm.vec3
-    Ks: tm.vec3
-    Km: tm.vec3
-    Ns: tm.vec3.dtype
-
-
-@ti.dataclass
 class PlainSurface:
     """The members of a ``brdfs.surface.Surface`` that the sum reads."""
 
@@ -44,7 +33,7 @@ class PlainSurface:
     normal: tm.vec3
     geometric_normal: tm.vec3
     w_o: tm.vec3
-    material: BlinnMaterial
+    material: fixtures.PlainMaterial
 
     @ti.func
     def ray_along(self, w_i):
@@ -202,7 +191,7 @@ def material_of(numbers):
     """The material of 13 numbers."""
     Ka, Kd = tm.vec3(numbers[0], numbers[1], numbers[2]), tm.vec3(numbers[3], numbers[4], numbers[5])
     Ks, Km = tm.vec3(numbers[6], numbers[7], numbers[8]), tm.vec3(numbers[9], numbers[10], numbers[11])
-    return BlinnMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=Km, Ns=numbers[12])
+    return fixtures.PlainMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=Km, Ns=numbers[12])
 
 
 @ti.func
