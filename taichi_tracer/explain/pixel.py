@@ -153,9 +153,7 @@ def heuristic_of(integrator: ti.template(), pdf: float, other: float) -> float:
 def farthest(values: np.ndarray) -> int:
     """Which of (n, 3) samples is farthest from their mean; the first that is not finite, if there is one."""
     is_odd = ~np.isfinite(values).all(axis=1)
-    if is_odd.any():
-        return int(is_odd.argmax())
-    return int(abs(values - values.mean(axis=0)).sum(axis=1).argmax())
+    return int((is_odd if is_odd.any() else abs(values - values.mean(axis=0)).sum(axis=1)).argmax())
 
 
 def check_pixel(renderer: Any, column: int, row: int) -> None:

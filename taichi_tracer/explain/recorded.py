@@ -4,7 +4,6 @@ The observed methods are those of the package, or those that a student wrote in 
 the log are those of the picture.
 """
 
-import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -108,15 +107,6 @@ def noted_method(log: Log, step: str, form: NotedMethod) -> Observer:
     return observer
 
 
-def then(observer: Observer, act: Callable[..., object]) -> Observer:
-    """The observer that lets another one run, and then calls ``act(part, result, *arguments)``, as ``after`` does."""
-
-    def both(part: Any, call: Callable, *arguments: Any) -> Any:
-        return after(act)(part, functools.partial(observer, part, call), *arguments)
-
-    return both
-
-
 def note_triangle(log: Log, part: Any, ray: Any, triangle_id: Any, corners: Any, taken: Any) -> None:
     """Note the numbers of the triangle test, and the distance that was ``taken``."""
     is_inside, t, u, v, det = part.solve(ray.origin, ray.direction, *corners)
@@ -204,18 +194,15 @@ def recorded_scene(scene: Any, log: Log) -> Any:
         if part.samples_lights:
             part.lights.pdf(surface.origin, surface.normal, w_i, hit)
 
-    of_scene, of_surface = noted(log, SCENE) | {"surface_at": after(made)}, noted(log, SURFACE)
-    of_surface |= {"sample": then(of_surface["sample"], drawn), "pdf": then(of_surface["pdf"], weighed)}
-    of_scene |= {"visible": then(of_scene["visible"], arrived), "met": then(of_scene["met"], met)}
-    return observed_scene(
+    search = noted_search(log) | noted(log, INTERSECTOR)
+    of_surface = noted(log, SURFACE)
+    found = observed_scene(
         scene,
-        {
-            "scene": of_scene,
-            "lights": noted(log, LIGHTS),
-            "ray_intersector": noted_search(log) | noted(log, INTERSECTOR),
-            "surface": of_surface,
-        },
+        {"scene": noted(log, SCENE), "lights": noted(log, LIGHTS), "ray_intersector": search, "surface": of_surface},
     )
+    asked = {"surface_at": made, "visible": arrived, "met": met}
+    of_directions = {"sample": after(drawn), "pdf": after(weighed)}
+    return observed_scene(found, {"scene": {name: after(act) for name, act in asked.items()}, "surface": of_directions})
 
 
 def recorded_integrator(integrator: Any, log: Log) -> Any:

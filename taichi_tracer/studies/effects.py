@@ -15,7 +15,6 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.effects import Effects
-from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
@@ -67,21 +66,11 @@ def with_one_more(scene: SceneData) -> dict[str, Effects]:
     return variants
 
 
-def compiled_for(effects: Effects, renderer_class: type[ProgressiveRenderer]) -> type[ProgressiveRenderer]:
-    """A renderer whose kernels are compiled for other effects than the scene calls for."""
-
-    class WithEffects(renderer_class):
-        """The renderer, but that its kernels get the scene as it is compiled for ``effects``."""
-
-        _compiled: SceneInKernels | None = None
-
-        def kernel_scene(self) -> SceneInKernels:
-            """What the kernels know of the scene."""
-            if self._compiled is None:
-                self._compiled = self.scene_data.in_kernels(effects, self.active.compensates, self.active.microfacets)
-            return self._compiled
-
-    return WithEffects
+def compile_for(effects: Effects, renderer: ProgressiveRenderer) -> None:
+    """Let a renderer's kernels get the scene as it is compiled for other effects than the scene calls for."""
+    active = renderer.active
+    compiled = renderer.scene_data.in_kernels(effects, active.compensates, active.microfacets)
+    vars(renderer)["kernel_scene"] = lambda: compiled
 
 
 def measure(
@@ -99,13 +88,13 @@ def measure(
         complete: the same scene, made with ``effects="all"``.
     """
     usual, size = renderer_of(estimator), (width, height)
-    renderers = {USUAL: usual(scene, *size, sampler=sampler)}
-    for name, more in with_one_more(scene).items():
-        renderers[name] = compiled_for(more, usual)(scene, *size, sampler=sampler)
-    renderers[EVERYTHING] = usual(complete, *size, sampler=sampler)
+    more = with_one_more(scene)
+    renderers = {name: usual(scene, *size, sampler=sampler).use(estimator) for name in (USUAL, *more)}
+    renderers[EVERYTHING] = usual(complete, *size, sampler=sampler).use(estimator)
+    for name, effects in more.items():
+        compile_for(effects, renderers[name])
     first, pictures, seconds = {}, {}, {name: [] for name in renderers}
     for name, renderer in renderers.items():
-        renderer.use(estimator)
         first[name] = timed(renderer, 1)
         pictures[name] = renderer.render(SPP - 1).image()
     spp = max(SPP, math.ceil(LEAST_SECONDS * SPP / timed(renderers[USUAL], SPP)))

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from taichi_tracer.files import page
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, SharedScene, seconds_of
@@ -346,6 +347,18 @@ def table(result: SuiteResult) -> list[str]:
     where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
     modes, cases = (in_columns(rows) for rows in (mode_rows(result), case_rows(result)))
     return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", where, *failed, verdict]
+
+
+def as_page(result: SuiteResult) -> str:
+    """The same as an HTML page that needs no other file."""
+    machine = ", ".join(f"{name} {value}" for name, value in result.machine.items())
+    parts = [page.paragraph(f"Level {result.level}; {machine}.", "note")]
+    tables = {"Every mode": mode_rows(result), "Every case in the default mode": case_rows(result)}
+    for title, rows in tables.items():
+        parts += [f"<h2>{title}</h2>", page.table(rows, list(rows[0])) if rows else ""]
+    parts += [page.paragraph(line, "note") for line in LEGEND]
+    parts += ["<h2>What other modes lose</h2>", *map(page.paragraph, losses(result))]
+    return page.page(default_line(result), parts, "td { white-space: normal; }")
 
 
 LEGEND = (

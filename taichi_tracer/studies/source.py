@@ -1,6 +1,7 @@
 """Where the scenes of a study come from, and what it must know of them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -95,30 +96,23 @@ class Source:
         Raises:
             InputError: it has no light.
         """
-        options = {"triangle_test": variant.triangle_test}
-        options |= {k: getattr(variant, k) for k in ("intersector", "lamp_choice") if getattr(variant, k) is not None}
-        if self.is_loaded:
-            scene = again(self.scene, **options)
-        else:
-            scene = load_scene_data(self.scene, **options, **self.of_scene)
+        names = "triangle_test", "intersector", "lamp_choice"
+        parts = {name: getattr(variant, name) for name in names if getattr(variant, name) is not None}
+        load = partial(again, **parts) if self.is_loaded else partial(load_scene_data, **parts, **self.of_scene)
+        scene = load(self.scene)
         light = scene.environment if self.environment is None else self.environment
         if light is None and scene.effects.is_dark:
             light = LIGHT
-        scene.set_environment(self.load_environment(light, variant))
+        options = self.options
+        if isinstance(light, Environment):
+            light, options = unpacked(light, options)
+        is_none = light is None or (isinstance(light, str) and light == NO_LIGHT)
+        scene.set_environment(None if is_none else load_environment(light, lookup=variant.lookup, **options))
         if scene.effects.is_dark:
             raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
         if self.view_of is not None:
             scene.view = self.view_of(scene.view)
         return scene
-
-    def load_environment(self, environment, variant: Variant) -> Environment | None:
-        """A light from far away, with the look-up that a variant wants; None for none."""
-        if environment is None or (isinstance(environment, str) and environment == NO_LIGHT):
-            return None
-        options = self.options
-        if isinstance(environment, Environment):
-            environment, options = unpacked(environment, options)
-        return load_environment(environment, lookup=variant.lookup, **options)
 
 
 def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]:

@@ -28,7 +28,6 @@ def run(args: Namespace) -> int:
     from taichi_tracer.apps.running import written_bytes
     from taichi_tracer.files.disk import check_place, make_folder
     from taichi_tracer.studies import hard_cases
-    from taichi_tracer.studies.hard import report
 
     if args.json is not None:
         check_place(args.json)
@@ -50,5 +49,5 @@ def run(args: Namespace) -> int:
         print(f"wrote {written_bytes(Path(args.json), text.encode())}")
     if args.report is not None:
         path = Path(args.report) / "index.html"
-        print(f"wrote {written_bytes(path, report.page(result).encode())}")
+        print(f"wrote {written_bytes(path, hard_cases.as_page(result).encode())}")
     return 0 if result.passed else 1

@@ -217,21 +217,17 @@ class Windows(AboutASphere):
         return {"wrong": int(wrong), "nan": not_numbers(hits) + not_numbers(behind)}
 
 
-class IllegalRays(Case):
+class IllegalRays(AboutASphere):
     """Rays with a zero direction, with NaN or with infinity in any place.
 
     Every comparison with NaN is false: "not outside" takes it for a hit, and a traversal that skips a box only when
     the ray is surely outside visits the whole tree for it.
     """
 
-    name, stage, rays_wanted = "zero, NaN and infinite rays", "unit", 1.0
-
-    def mesh(self):
-        """A sphere, which the rays would hit if they were rays."""
-        return sphere(12, 7, 2.0, (-64, 0, 0))
+    name, centre, rays_wanted = "zero, NaN and infinite rays", (-64, 0, 0), 1.0
 
     def rays(self, rng, count):
-        """Each has one illegal number in one of six places, or no direction."""
+        """They would hit the sphere, but each has one illegal number in one of six places, or no direction."""
         origins, directions = np.tile([-64.0, 0, 0], (count, 1)), as_f32(rng.normal(size=(count, 3)))
         rows, place, value = np.arange(count), rng.integers(0, 7, count), rng.choice([np.nan, np.inf, -np.inf], count)
         origins[rows[place < 3], place[place < 3]] = value[place < 3]
