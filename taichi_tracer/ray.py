@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.lru import ArrayPool
 from taichi_tracer.system.formatting import digits, digits_of
 from taichi_tracer.system.threads import one_at_a_time
 
@@ -155,15 +154,9 @@ class RayHits:
     position: np.ndarray
 
     @classmethod
-    def of_memory(cls, n: int, dtype: type[np.floating], reused: ArrayPool) -> "tuple[RayHits, np.ndarray, np.ndarray]":
-        """Arrays without values for n rays, whose flags are int32; and all numbers of them, real and whole, in a row.
-
-        They are parts of one array, because only the memory of large arrays is reused. Without that, the system would
-        take a sixth of the time of ``intersect`` to hand out the memory for a million rays.
-        """
-        size = n * sum(REALS.values()) * np.dtype(dtype).itemsize
-        memory = reused.empty(size + n * len(WHOLE) * 4)
-        reals, whole = memory[:size].view(dtype), memory[size:].view(np.int32)
+    def of_memory(cls, n: int, dtype: type[np.floating]) -> "tuple[RayHits, np.ndarray, np.ndarray]":
+        """Arrays without values for n rays, whose flags are int32; and all their numbers, real and whole, in a row."""
+        reals, whole = np.empty(n * sum(REALS.values()), dtype), np.empty(n * len(WHOLE), np.int32)
         arrays = dict(zip(WHOLE, whole.reshape(len(WHOLE), n), strict=True))
         at = 0
         for name, width in REALS.items():
@@ -288,10 +281,9 @@ def write_hit(hit, i, n, reals: ti.template(), whole: ti.template()):
 
 
 class RayQueries:
-    """The questions that Python asks of a scene by rays; the scene has a ``ray_intersector`` and an ``ArrayPool``."""
+    """The questions that Python asks of a scene by rays; the scene has a ``ray_intersector``."""
 
     ray_intersector: Any
-    _reused: ArrayPool
     check_alive: Callable[[], None]
 
     @ti.func
@@ -313,7 +305,7 @@ class RayQueries:
         """
         self.check_alive()
         rays, shape = as_rays(origins, directions, t_min, t_max)
-        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype(), self._reused)
+        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype())
         if len(hits) > 0:
             self._intersect(*rays, reals, whole)
         hits.is_hit = hits.is_hit.astype(bool)

@@ -37,7 +37,7 @@ from taichi_tracer.ray import RayQueries
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.lru import ArrayPool, Lru
+from taichi_tracer.system.fields.lru import Lru
 from taichi_tracer.system.parts.attributes import KnownAttributes
 from taichi_tracer.system.parts.overrides import replaced, why_replaced
 from taichi_tracer.system.parts.registry import PARTS
@@ -122,7 +122,6 @@ class SceneData(KnownAttributes, RayQueries):
         self._view_of = view_of_mesh if view is None else view
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
         self._in_kernels = Lru(KEPT_FORMS)
-        self._reused = ArrayPool()  # the memory of the results of ``intersect``
 
     @property
     def ground(self) -> bool:
@@ -231,7 +230,6 @@ class SceneData(KnownAttributes, RayQueries):
     def destroy(self) -> None:
         """Free the scene's memory now; it cannot be used afterwards."""
         self._memory.free()
-        self._reused = ArrayPool()
         self.ray_intersector.destroy()
 
     def __repr__(self) -> str:

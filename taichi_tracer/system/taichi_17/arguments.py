@@ -201,21 +201,6 @@ def setting(make: Callable) -> Callable:
     return made
 
 
-def reading_again(usual: Callable) -> Callable:
-    """``Kernel.ensure_compiled``, which reads a kernel again whose objects have other fields by now."""
-
-    @functools.wraps(usual)
-    def ensure_compiled(self: Any, *args: Any) -> Any:
-        key = usual(self, *args)
-        launch = LAUNCHES.get(self.compiled_kernels[key])
-        if launch is not None and not launch.is_alive():
-            del self.compiled_kernels[key]
-            key = usual(self, *args)
-        return key
-
-    return ensure_compiled
-
-
 def added_scalar(kind: Any, name: str) -> tuple[Any, Expr]:
     """Add an argument for a number to the kernel that is read: Taichi's number of it, and its value."""
     number = impl.get_runtime().compiling_callable.insert_scalar_param(kind, name)

@@ -1,4 +1,4 @@
-"""What happens around the reading and the translating of a kernel: it is counted.
+"""What happens around the reading, the translating and the launch of a kernel.
 
 ``Program.create_kernel`` lets Python read a kernel. ``Program.compile_kernel`` translates it, or finds and loads what
 was translated before; Taichi asks it at each launch.
@@ -13,11 +13,32 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.system import compiling
-from taichi_tracer.system.errors import CannotCompileError
+from taichi_tracer.system.errors import CannotCompileError, StaleSceneError
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
-from taichi_tracer.system.threads import one_at_a_time as one_at_a_time
+from taichi_tracer.system.taichi_17.arguments import LAUNCHES
+from taichi_tracer.system.threads import one_at_a_time
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
+
+
+def launching(call: Callable) -> Callable:
+    """``Kernel.__call__``, one after the other; it reads a kernel again whose objects have other fields by now."""
+
+    @one_at_a_time
+    @functools.wraps(call)
+    def called(self: Any, *arguments: Any, **named: Any) -> Any:
+        try:
+            return call(self, *arguments, **named)
+        except StaleSceneError:
+            launches = {key: LAUNCHES.get(kernel) for key, kernel in self.compiled_kernels.items()}
+            dead = [key for key, launch in launches.items() if launch is not None and not launch.is_alive()]
+            if not dead:
+                raise
+            for key in dead:
+                del self.compiled_kernels[key]
+            return call(self, *arguments, **named)
+
+    return called
 
 
 def counting_reading(create: Callable) -> Callable:

@@ -27,3 +27,11 @@ def test_what_a_gpu_cannot_compile_is_one_line():
         translate(SimpleNamespace(arch=ti.vulkan), None, kernel)
     with pytest.raises(RuntimeError, match="lower_matrix_ptr"):
         translate(SimpleNamespace(arch=ti.x64), None, kernel)
+
+
+def test_a_power_of_a_power_does_not_end_the_process(f32):
+    @ti.kernel
+    def fourth(x: ti.f32) -> ti.f32:
+        return (x**2) ** 2
+
+    assert fourth(3.0) == 81.0
