@@ -51,10 +51,10 @@ def described_materials(brdf):
 
 
 class Bench:
-    """A BRDF and the materials that it describes, to be asked from Python. Directions are (N, 3) arrays."""
+    """A BRDF and some materials, usually those that it describes, asked from Python. Directions are (N, 3) arrays."""
 
-    def __init__(self, brdf):
-        self.brdf, self.materials = brdf, described_materials(brdf)
+    def __init__(self, brdf, materials=None):
+        self.brdf, self.materials = brdf, described_materials(brdf) if materials is None else materials
         self._memory = memory.Memory()
         self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
         self._memory.allocate()

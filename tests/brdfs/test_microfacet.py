@@ -9,9 +9,8 @@ from oracles import microfacets as oracle
 import taichi_tracer as tt
 from taichi_tracer.brdfs.microfacet import SMOOTH_BELOW, Microfacet, MicrofacetBRDF, SmoothConductor, schlick
 from taichi_tracer.contracts.brdfs import Bench
-from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.materials import Material
 from taichi_tracer.scene_data_loader import scene_from_mesh
-from taichi_tracer.system.fields import memory
 from taichi_tracer.system.parts.registry import PARTS
 
 N = np.array([0.0, 0.0, 1.0])
@@ -19,19 +18,8 @@ F0 = (0.9, 0.6, 0.3)
 ROUGHNESS = [(1.0, 1.0), (0.5, 0.5), (0.1, 0.4), (0.02, 0.3)]
 
 
-class One(Bench):
-    """A bench with one material."""
-
-    def __init__(self, material, brdf=None):
-        self.brdf, self.materials = brdf or Microfacet(), [material]
-        self._memory = memory.Memory()
-        self.library = MaterialLibrary(self.materials, [self.brdf], self._memory.fields)
-        self._memory.allocate()
-        self.library.tables().load(self._memory)
-
-
-def bench(alpha):
-    return One(Material(alpha_x=alpha[0], alpha_y=alpha[1], F0=F0))
+def bench(alpha, F0=F0):
+    return Bench(Microfacet(), [Material(alpha_x=alpha[0], alpha_y=alpha[1], F0=F0)])
 
 
 def above(rng, count):
@@ -76,7 +64,7 @@ def test_the_light_that_a_white_metal_reflects_is_that_of_the_handouts_formulas(
     with np.errstate(all="ignore"):
         f_r, _, _ = oracle.parts((alpha, alpha), (1, 1, 1), np.tile(w_o, (len(w_i), 1)), w_i)
     expected = 2 * np.pi * np.nanmean(f_r[:, 0] * w_i[:, 2])
-    made = One(Material(alpha_x=alpha, alpha_y=alpha, F0=(1, 1, 1)))
+    made = bench((alpha, alpha), (1, 1, 1))
     sampled = made.sample(0, w_o, N, rng.random((20000, 2)))
     assert made.values(0, w_o, N, sampled)[2][:, 0].mean() == pytest.approx(expected, rel=0.03)
     assert 0.3 < expected < 0.9
