@@ -36,7 +36,7 @@ class Compared:
     Attributes:
         name: of the estimator.
         shift, error: how the mean of the picture differs, as a fraction of the reference's, and its standard error.
-        z: of the whole picture. most: the largest |z| that is no alarm.
+        z: of the whole picture; NaN if its error is unknown. most: the largest |z| that is no alarm.
         blocks: (rows, columns) z of the blocks, with the top row first; 0 where nothing can be said.
         unseen: what light that no sample met may add, as a fraction of the mean.
     """
@@ -125,13 +125,16 @@ class Rendered:
 
 
 def pictures_of(scene: SceneData, name: str, size: tuple[int, int], seconds: float, seed: int) -> Rendered:
-    """Render an estimator with several seeds; all have as many samples as the first, which takes the seconds."""
+    """Render an estimator with several seeds; all have as many samples as the first, which takes the seconds.
+
+    The first sample does not count: the machine code of its kernel is made before it.
+    """
     pictures: list[Picture] = []
     limit: dict[str, Any] = {"time": seconds}
     errors = []
     for k in range(SEEDS):
-        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name).render(**limit)
-        limit = {"spp": renderer.samples}
+        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name).render(1).render(**limit)
+        limit = {"spp": renderer.samples - 1}
         errors.append(renderer.error())
         pictures.append((renderer.image().astype(np.float64), np.square(renderer.error_image(), dtype=np.float64)))
     unseen = max(getattr(found, "unseen", 0.0) for found in errors)
@@ -147,6 +150,8 @@ def compared(one: Rendered, reference: Rendered, pairs: int) -> Compared:
     """
     unseen = math.hypot(one.unseen, reference.unseen)
     shift, error, z = shift_of(one.pictures, reference.mean, unseen)
+    if math.isinf(one.error):
+        z = math.nan
     blocks = block_scores(one.mean, reference.mean, unseen * float(reference.mean[0].mean()))
     most = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / pairs)
     return Compared(one.name, shift, error, z, most, blocks, unseen)

@@ -42,6 +42,7 @@ def test_what_is_told():
     assert not group(-7.75).agrees
     assert command.lines_of(group(1.0))[1].endswith("agrees")
     assert command.lines_of(group(1.0, 0.5))[1].endswith("agrees; light that no sample met may hide 50 %")
+    assert "unknown" in command.lines_of(group(float("nan")))[1]
     text = command.as_page("<scene>", [group(-7.75)])
     assert "&lt;scene&gt;" in text
     assert text.count("<img") == 1

@@ -1,6 +1,7 @@
 """What accuracy costs in time."""
 
 import html
+import math
 from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
@@ -223,6 +224,8 @@ def lines_of(group: Group) -> list[str]:
 def line_of(one: Compared) -> str:
     """What was found of one estimator."""
     shift = f"{one.name:<14} {100 * one.shift:+.2f} % ± {100 * one.error:.2f} %"
+    if math.isnan(one.z):
+        return f"{one.name:<14} unknown: its samples are too few or its noise is too large"
     if one.agrees:
         rest = f"; light that no sample met may hide {percent(one.unseen)}" if one.unseen > abs(one.error) / 2 else ""
         return f"{shift}  agrees{rest}"
