@@ -82,23 +82,13 @@ def _encode_npy(image: np.ndarray) -> bytes:
 def _encode_openimageio(image: np.ndarray, extension: str, channels: Sequence[str] = ("R", "G", "B")) -> bytes:
     """The bytes of an EXR or HDR file; ``channels`` has the names of the image's channels, in their order."""
     oiio = _openimageio(extension)
-    height, width, _ = image.shape
-    spec = oiio.ImageSpec(width, height, len(channels), "float")
-    spec.channelnames = tuple(channels)
+    buffer = oiio.ImageBuf(np.ascontiguousarray(image, np.float32))
+    buffer.specmod().channelnames = tuple(channels)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "image" + extension)
-        output = oiio.ImageOutput.create(path)
-        written = (
-            output is not None
-            and output.open(path, spec)
-            and output.write_image(np.ascontiguousarray(image, np.float32))
-            and output.close()
-        )
-        if not written:
-            raise InputError(f"{extension} cannot be written ({output.geterror() if output else oiio.geterror()})")
-        again = oiio.ImageInput.open(path)  # on a full disk, closing a small file has been seen to fail without a word
-        if again is None or again.read_image("float") is None:
-            raise InputError(f"{extension} cannot be written (no room among temporary files, {folder}?)")
+        # On a full disk, closing a small file has been seen to fail without a word.
+        if not buffer.write(path) or not oiio.ImageBuf(path).read():
+            raise InputError(f"{extension} cannot be written ({buffer.geterror() or f'no room in {folder}?'})")
         return Path(path).read_bytes()
 
 
@@ -340,59 +330,47 @@ def _decode_pfm(path: Path, raw: bytes) -> np.ndarray:
 def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     extension = path.suffix.lower()
     oiio = _openimageio("16-bit colour .png" if extension == ".png" else extension)
-    settings = oiio.ImageSpec()
-    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
-    file = oiio.ImageInput.open(str(path), settings)
+    file = oiio.ImageInput.open(str(path))
     if file is None:
         raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(oiio.geterror())})")
-    names = _choose_part(oiio, file, path)
-    spec = file.spec()
+    part, channels = _choose_part(file, path)
+    spec, settings = file.spec(), oiio.ImageSpec()
     _check_size(spec.width, spec.height)
     _check_size(spec.full_width, spec.full_height)
-    pixels = file.read_image("float")
-    if pixels is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(file.geterror())})")
-    pixels = np.asarray(pixels).reshape(spec.height, spec.width, -1)[..., names]
-    return _by_hdr_header(pixels, raw) if extension == ".hdr" else _in_display_window(pixels, spec)
+    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
+    image = oiio.ImageBuf(str(path), part, 0, settings)
+    # The display window is black outside the data window, whose overscan is cut off.
+    pixels = image.get_pixels(oiio.FLOAT, image.roi_full)[..., channels]
+    if image.has_error:
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(image.geterror().splitlines()[0])})")
+    return _by_hdr_header(pixels, raw) if extension == ".hdr" else pixels
 
 
-def _choose_part(oiio, file, path: Path) -> list[int]:
-    """Seek the first part of a file that has R, G, B, and return the numbers of the three channels.
+def _choose_part(file, path: Path) -> tuple[int, list[int]]:
+    """Seek the first part of a file that has R, G, B, and return its number and those of the three channels.
 
     Without any, it is the first part: its Y, or all its channels. Channels of a layer have its name before a dot.
 
     Warns:
         UserWarning: there are several parts or layers; it names the one that is read.
     """
-    found, layers, part = None, 0, 0
+    first, layers, found, part = list(file.spec().channelnames), 0, [], 0
     while file.seek_subimage(part, 0):
         spec = file.spec()
         names = list(spec.channelnames)
         for layer in dict.fromkeys(name.rpartition(".")[0] for name in names):
             layers += 1
             wanted = [f"{layer}.{c}" if layer else c for c in "RGB"]
-            if found is None and set(wanted) <= set(names):
+            if set(wanted) <= set(names):
                 label = ".".join(dict.fromkeys(one for one in (spec.getattribute("name"), layer) if one))
-                found = part, [names.index(c) for c in wanted], label or ", ".join(wanted)
+                found.append((part, [names.index(c) for c in wanted], label or ", ".join(wanted)))
         part += 1
-    channels: list[int]
-    part, channels, label = found or (0, [], "the first")
+    found.append((0, [first.index("Y")] if "Y" in first else list(range(len(first))), "the first"))
+    part, channels, label = found[0]
     file.seek_subimage(part, 0)
     if layers > 1:
         warnings.warn(f"{path}: of {layers} parts and layers, {label} is read", stacklevel=5)
-    names = list(file.spec().channelnames)
-    return channels or ([names.index("Y")] if "Y" in names else list(range(len(names))))
-
-
-def _in_display_window(pixels: np.ndarray, spec: Any) -> np.ndarray:
-    """(h, w, c) the display window of an image: black outside its data window, whose overscan is cut off."""
-    image = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), np.float32)
-    x, y = spec.x - spec.full_x, spec.y - spec.full_y
-    inside = pixels[max(0, -y) :, max(0, -x) :][
-        : max(0, spec.full_height - max(0, y)), : max(0, spec.full_width - max(0, x))
-    ]
-    image[max(0, y) :, max(0, x) :][: inside.shape[0], : inside.shape[1]] = inside
-    return image
+    return part, channels
 
 
 def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:
@@ -402,14 +380,12 @@ def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:
     begins at the top left; ``+X 4 +Y 2`` is made of columns and begins at the bottom left.
     """
     line = HDR_RESOLUTION.search(raw)
-    header = raw[: line.start()] if line else b""
-    exposure = np.prod([float(value) for value in re.findall(rb"^EXPOSURE\s*=\s*(\S+)", header, re.MULTILINE)])
+    exposure = np.prod([float(v) for v in re.findall(rb"^EXPOSURE\s*=\s*(\S+)", raw[: line.start()], re.MULTILINE)])
     if not 0 < exposure < np.inf:
         raise InputError(f"EXPOSURE must be a number above 0, not {exposure:g}")
-    axes = line.groups() if line else (b"-Y", b"+X")
-    if axes[0].endswith(b"X"):
+    if line[1].endswith(b"X"):
         pixels = pixels.swapaxes(0, 1)
-    return pixels[:: -1 if b"+Y" in axes else 1, :: -1 if b"-X" in axes else 1] / np.float32(exposure)
+    return pixels[:: -1 if b"+Y" in line.groups() else 1, :: -1 if b"-X" in line.groups() else 1] / np.float32(exposure)
 
 
 HDR_RESOLUTION = re.compile(rb"^([-+][XY])\s+\d+\s+([-+][XY])\s+\d+\s*$", re.MULTILINE)

@@ -1,11 +1,10 @@
 """Wavefront OBJ: triangles in the file's order, exact floats, materials by first use (A1-17, C-16, C-18).
 
-All lines with the same keyword are parsed together. First, their shapes are compared: ``f 12//7 3//7 40//7`` has the
-shape ``0//0 0//0 0//0``. The shape determines the meaning of each number, and whether the line is well formed. If any
-line is not well formed, all lines with its keyword are parsed one by one. This is slower, but it finds the line of the
-error.
+All lines with the same keyword are parsed together. If any of them is not well formed, they are parsed one by one. This
+is slower, but it finds the line of the error.
 """
 
+import io
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,8 @@ import numpy as np
 
 from taichi_tracer.files.readers.mtl import find_library, read_mtl
 from taichi_tracer.files.readers.text import (
+    NEWLINE,
+    SLASH,
     SPACES,
     KeywordLines,
     Lines,
@@ -21,7 +22,6 @@ from taichi_tracer.files.readers.text import (
     name_in,
     number,
     read_text,
-    shapes,
 )
 from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh
@@ -29,11 +29,9 @@ from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-# Two sets of classes of characters, see ``shapes``. WORDS: x for every character of a word. DIGITS: 0 for every digit,
-# and the other characters unchanged.
-WORDS = bytes(c if c == ord("\n") else ord(" ") if c in SPACES else ord("x") for c in range(256))
-DIGITS = bytes(ord(" ") if c in b" \t\r\f\v" else ord("0") if c in b"0123456789" else c for c in range(256))
-
+DIGIT = ord("0")
+# The classes of characters: blanks, slashes, line ends, and 0 for all others.
+KINDS = bytes(c if c in b"\n/" else ord(" ") if c in SPACES else DIGIT for c in range(256))
 CORNER = re.compile(r"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?", re.ASCII)  # v, v/vt, v//vn, v/vt/vn
 INT64 = np.iinfo(np.int64)
 COLOURED = (6, 7)  # numbers of a v line with a colour: x y z r g b, and alpha
@@ -60,20 +58,16 @@ def read_obj(path: str | Path) -> Mesh:
 
     polygons = _polygons(faces, path)
     vertex_ids = _resolve(polygons.vertex, polygons, faces, positions, "vertex", path)
-    vertices, most = _rows(positions, path)
+    vertices = _rows(positions, path)
     corners, polygon_of = triangulate(vertices, polygons.sizes, vertex_ids)
     normal_ids = _resolve(polygons.normal, polygons, faces, directions, "normal", path)
     notes: list[str] = []
-    normals = _rows(directions, path)[0]
+    normals = _rows(directions, path)
     _leave_out_wild(normals, normal_ids, path, notes)
     has_normals = bool((normal_ids >= 0).any())
     material_ids, materials = _materials(lines, faces.ids, path, notes)
     has_textures = any(material.textures for material in materials)
-    colors = _colors(positions) if most in COLOURED else None
-    if most >= COLOURED[0] and colors is None:
-        notes.append(
-            f"{path}: colours of vertices are not used: x y z r g b, or x y z r g b a, is needed in every v line"
-        )
+    colors = _colors(positions, path, notes)
     if colors is not None:
         white = {"Kd": (1.0, 1.0, 1.0)}
         materials = [replace(one, **white) if replace(one, name="default") == Material() else one for one in materials]
@@ -101,12 +95,17 @@ def _leave_out_wild(normals: np.ndarray, ids: np.ndarray, path: Path, notes: lis
         normals[~is_usable], ids[is_wrong] = 0.0, -1
 
 
-def _colors(positions: KeywordLines) -> np.ndarray | None:
+def _colors(positions: KeywordLines, path: Path, notes: list[str]) -> np.ndarray | None:
     """(V, 3) linear colours, from x y z r g b in sRGB, from 0 to 1 or to 255; None if a vertex has none."""
-    rows = _rows_at_once(positions, COLOURED[0])
+    first, last = positions.text.partition(b"\n")[0], positions.text.rstrip().rpartition(b"\n")[2]
+    most = max(len(line.split()) for line in (first, last))
+    rows = _table(positions, COLOURED[0]) if most in COLOURED else None
+    if rows is None and most >= COLOURED[0]:
+        needed = "x y z r g b, or x y z r g b a, is needed in every v line"
+        notes.append(f"{path}: colours of vertices are not used: {needed}")
     if rows is None:
         return None
-    colors = np.nan_to_num(rows[0][:, 3:])
+    colors = np.nan_to_num(rows[:, 3:])
     return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
 
 
@@ -114,7 +113,7 @@ def _coordinates(lines: Lines, polygons: "Polygons", faces: KeywordLines, path: 
     """(corners, 2) the texture coordinates of all corners of all polygons; 0 for a corner that has none."""
     block = lines.take(b"vt").without_comments()
     ids = _resolve(polygons.texture, polygons, faces, block, "texture coordinate", path)
-    rows = np.concatenate([_rows(block, path, 2)[0], np.zeros((1, 2))])  # the last one for −1
+    rows = np.concatenate([_rows(block, path, "u v"), np.zeros((1, 2))])  # the last one for −1
     return rows[ids]
 
 
@@ -129,42 +128,31 @@ def _read(path: Path) -> bytes:
     return text
 
 
-def _rows(block: KeywordLines, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
-    """(n, count) float64 from ``v``, ``vn`` or ``vt`` lines, and the largest number of words of a line.
-
-    Everything after these numbers (w, a colour) is ignored.
-    """
-    if len(block) == 0:
-        return np.zeros((0, count)), 0
-    rows = _rows_at_once(block, count)
-    return rows if rows is not None else _rows_one_by_one(block, path, count)
-
-
-def _rows_at_once(block: KeywordLines, count: int) -> tuple[np.ndarray, int] | None:
-    known, which = shapes(block.text, WORDS)
-    words = np.array([shape.count(b"x") for shape in known])
-    widths = words[which]
-    if words.min() < count:
-        return None
-    numbers = all_numbers(block.text, np.float64)
-    if numbers is None or numbers.size != widths.sum():
-        return None
-    most = int(words.max())
-    if len(known) == 1:
-        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :count]), most
-    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(count)], most
-
-
-def _rows_one_by_one(block: KeywordLines, path: Path, count: int) -> tuple[np.ndarray, int]:
-    rows, most = [], 0
+def _rows(block: KeywordLines, path: Path, names: str = "x y z") -> np.ndarray:
+    """(n, 3 or 2) float64 from ``v``, ``vn`` or ``vt`` lines. What follows (w, colours) is ignored."""
+    count = len(names.split())
+    rows = _table(block, count)
+    if rows is not None:
+        return rows
+    found = []
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
-        words = line.split()
+        words, where = line.split(), f"{path}:{line_number}"
         if len(words) < count:
-            needed = "x y z are" if count == 3 else "u v are"
-            raise InputError(f"{path}:{line_number}: {needed} needed, and there are {len(words)} numbers")
-        rows.append([number(word, f"{path}:{line_number}") for word in words[:count]])
-        most = max(most, len(words))
-    return np.array(rows), most
+            raise InputError(f"{where}: {names} are needed, and there are {len(words)} numbers")
+        found.append([number(word, where) for word in words[:count]])
+    return np.array(found)
+
+
+def _table(block: KeywordLines, count: int) -> np.ndarray | None:
+    """(n, count) float64, the first numbers of each line; None if a line has fewer, or other words."""
+    if len(block) == 0:
+        return np.zeros((0, count))
+    try:
+        lines = io.BytesIO(block.text.replace(b"\r", b" "))
+        rows = np.loadtxt(lines, comments=None, usecols=range(count), ndmin=2)
+    except ValueError:
+        return None
+    return rows if len(rows) == len(block) else None
 
 
 @dataclass(frozen=True)
@@ -189,51 +177,28 @@ def _polygons(block: KeywordLines, path: Path) -> Polygons:
     return polygons if polygons is not None else _polygons_one_by_one(block, path)
 
 
-def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray, int] | None:
-    """The meaning of the numbers of a face line; None for a line that is not a face.
-
-    Returns:
-        The place of each corner's vertex index, those of its normal index and of its texture coordinate (−1: none), and
-        how many numbers the line has.
-    """
-    corners = [CORNER.fullmatch(word) for word in shape.decode("latin-1").split()]
-    if len(corners) < 3 or None in corners:
-        return None
-    ends = np.cumsum([len([part for part in corner.groups() if part is not None]) for corner in corners])
-    vertex = np.concatenate(([0], ends[:-1]))
-    normal = np.where([corner[3] is not None for corner in corners], ends - 1, -1)
-    texture = np.where([corner[2] is not None for corner in corners], vertex + 1, -1)
-    return vertex, normal, texture, int(ends[-1])
-
-
 def _polygons_at_once(block: KeywordLines) -> Polygons | None:
-    known, which = shapes(block.text, DIGITS)
-    columns = [_columns(shape) for shape in known]
-    if None in columns:
-        return None
-    numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
-    widths = np.array([width for *_, width in columns])[which]
-    if numbers is None or numbers.size != widths.sum():
-        return None
+    """All polygons; None if a line is not a face. A number belongs to the corner that begins after the last blank.
 
-    sizes = np.array([len(vertex) for vertex, *_ in columns])[which]
-    first_number, first_corner = np.cumsum(widths) - widths, np.cumsum(sizes) - sizes
-    polygons = Polygons(sizes, *np.zeros((3, sizes.sum()), np.int64))
-    by_shape = np.split(np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))[:-1])
-    for (vertex, normal, texture, width), lines in zip(columns, by_shape, strict=True):
-        if len(known) == 1:
-            table, corners = numbers.reshape(-1, width), slice(None)
-        else:
-            table = numbers[first_number[lines][:, None] + np.arange(width)]
-            corners = (first_corner[lines][:, None] + np.arange(len(vertex))).ravel()
-        polygons.vertex[corners] = table[:, vertex].ravel()
-        for columns_of, indices in ((normal, polygons.normal), (texture, polygons.texture)):
-            if (columns_of >= 0).any():
-                found = table[:, columns_of]
-                if (found == 0).any():
-                    return None
-                indices[corners] = np.where(columns_of >= 0, found, 0).ravel()
-    return polygons if (polygons.vertex != 0).all() else None
+    How many slashes stand before it in its corner says what it is: 0 a vertex, 1 a texture coordinate, 2 a normal.
+    """
+    kinds = block.text.translate(KINDS)
+    text = np.frombuffer(kinds, np.uint8)
+    is_digit = text == DIGIT
+    starts = 1 + np.flatnonzero(is_digit[1:] > is_digit[:-1])  # of numbers; every line begins with a blank
+    numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
+    if numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
+        return None
+    follows = text[starts - 1] == SLASH
+    slashes = np.cumsum(np.add(follows, follows & (text[starts - 2] == SLASH), dtype=np.int32))
+    corner, begins = np.cumsum(~follows) - 1, np.flatnonzero(~follows)
+    place = slashes - slashes[begins][corner]
+    sizes = np.diff(np.searchsorted(starts[begins], np.flatnonzero(text == NEWLINE)), prepend=0)
+    if sizes.min() < 3 or place.max() > 2 or not numbers.all():
+        return None
+    ids = np.zeros(3 * len(begins), np.int64)
+    ids[3 * corner + place] = numbers
+    return Polygons(sizes, ids[::3], ids[2::3], ids[1::3])
 
 
 def _polygons_one_by_one(block: KeywordLines, path: Path) -> Polygons:

@@ -1,9 +1,8 @@
 """PLY files: binary and text, with triangles and polygons, normals, colours, and the picture that a comment names."""
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,13 +27,8 @@ COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_b
 LARGEST = 255  # of colours that are floating point and above 1
 
 
-@dataclass
-class Element:
-    """An element of the header; ``properties``: name → (type of the count of a list, or "" for one number; type)."""
-
-    name: str
-    count: int
-    properties: dict[str, tuple[str, str]] = field(default_factory=dict)
+# The elements of a header by name: how many rows, and name → (type of a list's count, or "" for a number; type).
+Elements = dict[str, tuple[int, dict[str, tuple[str, str]]]]
 
 
 def read_ply(raw: bytes, path: Path, notes: list[str]) -> Mesh:
@@ -48,31 +42,32 @@ def read_ply(raw: bytes, path: Path, notes: list[str]) -> Mesh:
     if is_text:
         numbers = all_numbers(body, np.float64)
         body = (np.array(body.split(), np.float64) if numbers is None else numbers).tobytes()
-    for element in elements:
-        kinds = {name: tuple(one and order + one for one in of) for name, of in element.properties.items()}
+    for name, (rows, properties) in elements.items():
+        kinds = {key: (count and order + count, order + kind) for key, (count, kind) in properties.items()}
         if is_text:
-            kinds = {name: (count and "f8", "f8") for name, (count, _) in kinds.items()}
-        tables[element.name], at = rows_of(element, kinds, body, at)
+            kinds = {key: (count and "f8", "f8") for key, (count, _) in kinds.items()}
+        tables[name], at = rows_of(name, rows, kinds, body, at)
     if at < len(body):
         rest = f"{(len(body) - at) // 8} numbers" if is_text else f"{len(body) - at} bytes"
         notes.append(f"{rest} after the last element are not read")
     return mesh_of(elements, tables, head, path, notes)
 
 
-def elements_of(head: str) -> tuple[str, list[Element]]:
+def elements_of(head: str) -> tuple[str, Elements]:
     """The order of bytes ("" for text) and the elements of a header."""
-    order, elements = None, []
+    order, elements, properties = None, {}, {}
     for line in head.splitlines():
         words = line.split()
         try:
             if words[:1] == ["format"]:
                 order = ORDERS[words[1]]
             elif words[:1] == ["element"]:
-                elements.append(Element(words[1], int(words[2])))
+                properties = {}
+                elements[words[1]] = int(words[2]), properties
             elif words[:2] == ["property", "list"]:
-                elements[-1].properties[words[4]] = TYPES[words[2]], TYPES[words[3]]
+                properties[words[4]] = TYPES[words[2]], TYPES[words[3]]
             elif words[:1] == ["property"]:
-                elements[-1].properties[words[2]] = "", TYPES[words[1]]
+                properties[words[2]] = "", TYPES[words[1]]
         except (LookupError, ValueError):
             raise InputError(f"the line {line!r:.80} of the header cannot be read") from None
     if order is None:
@@ -80,58 +75,48 @@ def elements_of(head: str) -> tuple[str, list[Element]]:
     return order, elements
 
 
-def rows_of(element: Element, kinds: dict, body: bytes, at: int) -> tuple[dict, int]:
+def rows_of(element: str, count: int, kinds: dict, body: bytes, at: int) -> tuple[dict, int]:
     """Name → (n,) numbers, or (sizes, all numbers) of a list; and the byte after the element.
 
     Usually, all lists have as many numbers as those of the first row: the rows are an array then.
     """
-    if not kinds or element.count <= 0:
+    if not kinds or count <= 0:
         return {}, at
-    first, _ = one_by_one(element, kinds, body, at, 1)
+    first, _ = one_by_one(element, count, kinds, body, at, 1)
     row: list[tuple] = []
-    for name, (count, kind) in kinds.items():
-        row += [("n " + name, count)] * bool(count) + [(name, kind, (len(first[name][0]),))]
-    if at + element.count * np.dtype(row).itemsize <= len(body):
-        table = np.frombuffer(body, row, element.count, at)
-        if all((table["n " + name] == len(first[name][0])).all() for name, (count, _) in kinds.items() if count):
-            at += table.nbytes
-            return {name: listed(table[name], kinds[name][0]) for name in kinds}, at
-    found, at = one_by_one(element, kinds, body, at, element.count)
-    return {name: listed(rows, kinds[name][0]) for name, rows in found.items()}, at
+    for name, (size, kind) in kinds.items():
+        row += [("n " + name, size), (name, kind, tuple(first[name][0]))] if size else [(name, kind)]
+    if at + count * np.dtype(row).itemsize <= len(body):
+        table = np.frombuffer(body, row, count, at)
+        lists = {name: table["n " + name] for name, (size, _) in kinds.items() if size}
+        if all((sizes == first[name][0]).all() for name, sizes in lists.items()):
+            numbers = {name: table[name].reshape(-1) for name in kinds}
+            found = {name: (sizes.astype(np.int64), numbers[name]) for name, sizes in lists.items()}
+            return numbers | found, at + table.nbytes
+    return one_by_one(element, count, kinds, body, at, count)
 
 
-def listed(rows: Any, is_list: str) -> Any:
-    """(n,) numbers; of a list, its (n,) sizes and all its numbers."""
-    numbers = rows.reshape(-1) if isinstance(rows, np.ndarray) else np.concatenate(rows)
-    if not is_list:
-        return numbers
-    is_table = isinstance(rows, np.ndarray)
-    return np.full(len(rows), rows.shape[1]) if is_table else np.array([len(row) for row in rows]), numbers
-
-
-def one_by_one(element: Element, kinds: dict, body: bytes, at: int, count: int) -> tuple[dict[str, list], int]:
-    """Name → the arrays of the rows; and the byte after them."""
+def one_by_one(element: str, count: int, kinds: dict, body: bytes, at: int, most: int) -> tuple[dict, int]:
+    """The same as ``rows_of`` for the first ``most`` rows, row by row."""
     found: dict[str, list] = {name: [] for name in kinds}
     try:
-        for _ in range(count):
-            for name, (of_count, kind) in kinds.items():
+        for _ in range(most):
+            for name, (size, kind) in kinds.items():
                 length = 1
-                if of_count:
-                    length = int(np.frombuffer(body, of_count, 1, at)[0])
-                    at += np.dtype(of_count).itemsize
-                if length > 0:
-                    found[name].append(np.frombuffer(body, kind, length, at))
-                    at += found[name][-1].nbytes
-                else:
-                    found[name].append(np.zeros(0, kind))
-    except (ValueError, OverflowError):
+                if size:
+                    length = max(0, int(np.ndarray(1, size, body, at)[0]))
+                    at += np.dtype(size).itemsize
+                found[name].append(np.ndarray(length, kind, body, at))
+                at += found[name][-1].nbytes
+    except (ValueError, TypeError, OverflowError):
         rows = min(len(of) for of in found.values())
-        problem = f"it announces {element.count} rows of {element.name} and has {rows}"
-        raise InputError(f"the file is cut short: {problem}") from None
-    return found, at
+        raise InputError(f"the file is cut short: it announces {count} rows of {element} and has {rows}") from None
+    numbers = {name: np.concatenate(rows) for name, rows in found.items()}
+    lists = {name: np.array([len(row) for row in found[name]]) for name, (size, _) in kinds.items() if size}
+    return numbers | {name: (sizes, numbers[name]) for name, sizes in lists.items()}, at
 
 
-def mesh_of(elements: list[Element], tables: dict, head: str, path: Path, notes: list[str]) -> Mesh:
+def mesh_of(elements: Elements, tables: dict, head: str, path: Path, notes: list[str]) -> Mesh:
     """The triangles of the elements vertex and face, with what their corners have."""
     vertex, face = tables.get("vertex", {}), tables.get("face", {})
     if not set("xyz") <= set(vertex) and face:
@@ -140,7 +125,7 @@ def mesh_of(elements: list[Element], tables: dict, head: str, path: Path, notes:
     if not lists:
         strips = "it has triangle strips, which are not read: export it with triangles" if "tristrips" in tables else ""
         raise InputError(strips or "the file has no triangles")
-    points = np.stack([vertex[name] for name in "xyz"], axis=1).astype(np.float64) + 0.0  # −0 becomes 0
+    points = columns(vertex, "xyz") + 0.0  # −0 becomes 0
     sizes, ids = lists[0]
     is_face = sizes >= 3
     if not is_face.all():
@@ -149,11 +134,12 @@ def mesh_of(elements: list[Element], tables: dict, head: str, path: Path, notes:
     corners, polygon_of = triangulate(points, sizes[is_face], ids[is_corner].astype(np.int64))
     corners, polygon_of = np.flatnonzero(is_corner)[corners], np.flatnonzero(is_face)[polygon_of]
     mesh = Mesh(points, ids[corners].astype(np.int32), source=str(path))
-    if {"nx", "ny", "nz"} <= set(vertex):
-        mesh.normals = np.stack([vertex[name] for name in ("nx", "ny", "nz")], axis=1).astype(np.float64)
-        mesh.face_normals = mesh.faces
-    kinds = {element.name: element.properties for element in elements}
-    of_vertices, of_faces = colours_of(vertex, kinds.get("vertex", {})), colours_of(face, kinds.get("face", {}))
+    normals = columns(vertex, ("nx", "ny", "nz"))
+    if normals is not None:
+        mesh.normals, mesh.face_normals = normals, mesh.faces
+    of_vertices, of_faces = (
+        colours_of(tables.get(name, {}), elements.get(name, (0, {}))[1]) for name in ("vertex", "face")
+    )
     if of_vertices is not None:
         mesh.corner_color = of_vertices[mesh.faces]
     elif of_faces is not None:
@@ -166,13 +152,20 @@ def mesh_of(elements: list[Element], tables: dict, head: str, path: Path, notes:
     return mesh
 
 
-def colours_of(table: dict, kinds: dict) -> np.ndarray | None:
+def columns(table: dict, names: Sequence[str]) -> np.ndarray | None:
+    """(n, k) float64: the properties with these names; None if one of them is missing."""
+    if not set(names) <= set(table):
+        return None
+    return np.stack([table[name] for name in names], axis=1).astype(np.float64)
+
+
+def colours_of(table: dict, kinds: dict[str, tuple[str, str]]) -> np.ndarray | None:
     """(n, 3) linear colours from those in sRGB; None if there are none."""
     for names in COLOURS:
-        if set(names) <= set(table):
-            colors = np.nan_to_num(np.stack([table[name] for name in names], axis=1).astype(np.float64))
-            is_whole = kinds[names[0]][1][0] in "iu"
-            most = np.iinfo(kinds[names[0]][1]).max if is_whole else LARGEST if (colors > 1).any() else 1
+        colors = columns(table, names)
+        if colors is not None:
+            colors, kind = np.nan_to_num(colors), kinds[names[0]][1]
+            most = np.iinfo(kind).max if kind[0] in "iu" else LARGEST if (colors > 1).any() else 1
             return linear_from_srgb(np.clip(colors / most, 0, 1))
     return None
 
@@ -182,8 +175,8 @@ def uv_of(vertex: dict, face: dict, corners: np.ndarray, faces: np.ndarray, size
     counts, of_corners = face.get("texcoord", (np.zeros(0), None))
     if of_corners is not None and np.array_equal(counts, 2 * sizes):
         return of_corners.reshape(-1, 2).astype(np.float64)[corners]
-    names = next((names for names in COORDINATES if set(names) <= set(vertex)), None)
-    return None if names is None else np.stack([vertex[name] for name in names], axis=1).astype(np.float64)[faces]
+    uv = next((uv for names in COORDINATES if (uv := columns(vertex, names)) is not None), None)
+    return None if uv is None else uv[faces]
 
 
 def picture_of(head: str, path: Path, notes: list[str]) -> Texture | None:

@@ -152,27 +152,3 @@ class Lines:
         begin, end = self.starts[firsts].tolist(), (self.ends[lasts] + 1).tolist()
         view = memoryview(self.text)
         return b"".join([view[b:e] for b, e in zip(begin, end, strict=True)])
-
-
-def shapes(text: bytes, classes: bytes) -> tuple[list[bytes], np.ndarray]:
-    """The shapes of lines: every character is replaced by its class, and runs of one class, except slashes, by one.
-
-    Args:
-        text: lines, each with ``\\n`` at its end.
-        classes: for each of the 256 bytes, the character of its class.
-
-    Returns:
-        The distinct shapes, and (n,) the index of the shape of each line.
-    """
-    kinds = np.frombuffer(text.translate(classes), np.uint8)
-    keep = np.ones(len(kinds), bool)
-    keep[1:] = (kinds[1:] != kinds[:-1]) | (kinds[1:] == SLASH)
-    joined = kinds[keep].tobytes()
-    count = int(np.count_nonzero(kinds == NEWLINE))
-    first = joined[: joined.find(b"\n") + 1]
-    if len(first) * count == len(joined) and first * count == joined:
-        return [first[:-1]], np.zeros(count, np.int64)
-    known: dict[bytes, int] = {}
-    which = (known.setdefault(line, len(known)) for line in joined.split(b"\n")[:-1])
-    which = np.fromiter(which, np.int64, count)
-    return list(known), which
