@@ -44,6 +44,7 @@ SYNONYMS = {
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
 TRANSFORMS = ("translate", "scale", "rotate", "matrix", "identity")
 SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
+HANDS = {"left": "left", "right": "right"}
 AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
 WORLD = {
     **dict.fromkeys(TRANSFORMS, World.transform),
@@ -208,12 +209,12 @@ class _Reader:
                 self.notes.append(f"{element.where}: fovy {fovy:g} does not count beside screen_window {text!r} (C-9)")
             elif fovy is not None:
                 view["fov"] = fovy
-        for key, names in (("frame_aspect", ("frame_aspect", "frame_aspectratio")), ("focal_distance",) * 2):
-            value = element.number(*((names,) if isinstance(names, str) else names), above=0.0)
-            if value is not None:
-                view[key] = value
-        if element.find("handedness") is not None:
-            view["handedness"] = element.choice("handedness", of={"left": "left", "right": "right"})
+        given = {
+            "frame_aspect": element.number("frame_aspect", "frame_aspectratio", above=0.0),
+            "focal_distance": element.number("focal_distance", above=0.0),
+            "handedness": element.find("handedness") and element.choice("handedness", of=HANDS),
+        }
+        view |= {key: value for key, value in given.items() if value is not None}
         self.camera = view, element.where
 
     def take_film(self, element: Element) -> None:

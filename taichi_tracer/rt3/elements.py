@@ -9,6 +9,7 @@ import difflib
 import math
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 from xml.parsers import expat
 
 import numpy as np
@@ -131,6 +132,13 @@ class Element:
             raise InputError(f"{self.where}: {one_of(f'<{self.tag}> {name}', word[:LONGEST_SHOWN], of)}")
         return of[word]
 
+    def named(self, name: str, what: str, of: dict[str, Any]) -> Any:
+        """What the world has under the name that an attribute says; ``what`` names its kind in messages."""
+        text = self.text(self.need(name))
+        if text not in of:
+            raise self.error(f"{name}: {one_of(what, text[:LONGEST_SHOWN], of)}")
+        return of[text]
+
     def text(self, *names: str) -> str | None:
         """A text that is not empty; None if the attribute is missing."""
         name = self.find(*names)
@@ -229,17 +237,17 @@ class Elements:
 
     def _parse(self, path: Path, content: bytes) -> None:
         parser = expat.ParserCreate()
-        depth = 0
+        count = 0  # of elements; the first one is the root, which may have any name
 
         def where() -> str:
             """The file and the line that the parser has reached."""
             return f"{path}:{parser.CurrentLineNumber}"
 
         def start(tag: str, attributes: dict[str, str]) -> None:
-            """Handle the beginning of an element; the root element may have any name."""
-            nonlocal depth
-            depth += 1
-            if depth > 1:
+            """Handle an element within the root."""
+            nonlocal count
+            count += 1
+            if count > 1:
                 element = Element(tag, attributes, where(), self.note)
                 if tag == "include":
                     self.read(element.path("filename"), element.where)
@@ -247,16 +255,11 @@ class Elements:
                     self.handle(element)
                 element.note_unknown()
 
-        def end(tag: str) -> None:
-            """Count the end of an element."""
-            nonlocal depth
-            depth -= 1
-
         def refuse(*_) -> None:
             """Refuse a document type before it is read."""
             raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
 
-        parser.StartElementHandler, parser.EndElementHandler = start, end
+        parser.StartElementHandler = start
         parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
         try:
             parser.Parse(content, True)

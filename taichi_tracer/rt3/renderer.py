@@ -15,8 +15,6 @@ from taichi_tracer.system.parts.registry import PARTS, register
 from taichi_tracer.system.types import Numbers
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
-
     from taichi_tracer.rt3.document import Shot
     from taichi_tracer.scene_data import SceneData
 
@@ -29,28 +27,6 @@ class RT3Renderer(ProgressiveRenderer):
 
     name, what = "RT3Renderer", "integrator"
     value_names = "near_color", "far_color", "zmin", "zmax", "mirrors"
-
-    def set_integrator_flat(self) -> "Self":
-        """Show the materials' colours."""
-        return self.use("flat")
-
-    set_integrator_flat_color = set_integrator_flat
-
-    def set_integrator_normal_map(self) -> "Self":
-        """Show the normals as colours."""
-        return self.use("normal_map")
-
-    def set_integrator_blinn_phong(self) -> "Self":
-        """Show what ambient, directional, point and spot lights light."""
-        return self.use("blinn_phong")
-
-    def set_integrator_uv(self) -> "Self":
-        """Show texture coordinates as colours."""
-        return self.use("uv")
-
-    def set_integrator_depth_map(self) -> "Self":
-        """Show the depth along the gaze."""
-        return self.use("depth_map")
 
     def set_depth(
         self,

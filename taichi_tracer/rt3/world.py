@@ -1,6 +1,6 @@
 """The world of an RT3 document while it is read: the current transform, the current material, the objects so far."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,21 +15,12 @@ from taichi_tracer.meshes.parts import move, reverse, similarity
 from taichi_tracer.rt3.contents import Contents
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.rt3.lights import read_light
-from taichi_tracer.system.errors import one_of
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
 IDENTITY = np.eye(4)
-
-
-@dataclass
-class GraphicsState:
-    """The state that an object gets: the current transform (CTM), and the material; None for the object's own."""
-
-    ctm: np.ndarray = field(default_factory=lambda: np.eye(4))
-    material: Material | None = None
 
 
 class World:
@@ -40,8 +31,9 @@ class World:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self.state = path, GraphicsState()
-        self.saved: list[tuple[str, GraphicsState]] = []
+        self.ctm = np.eye(4)  # the current transform
+        self.material: Material | None = None  # the current one; with None, an object has its own
+        self.saved: list[tuple[str, np.ndarray, Material | None]] = []
         self.named_transforms: dict[str, np.ndarray] = {}
         self.named_materials: dict[str, Material] = {}
         self.material_ids: dict[Material, int] = {}  # in the order of first use
@@ -49,7 +41,7 @@ class World:
         self.contents = Contents(str(path))  # of the world
         self.current = self.contents  # of the world, or of the instance that is being defined
         self.instances: dict[str, Contents] = {}
-        self.state_before = self.state  # the instance that is being defined
+        self.before = self.ctm, self.material  # the instance that is being defined
         self.lights: list[Light] = []
         self.notes: list[str] = []
 
@@ -75,12 +67,11 @@ class World:
             matrix[:3] = element.numbers(element.need("value"), count=12).reshape(3, 4)
             if np.linalg.det(matrix[:3, :3]) == 0:
                 raise element.wrong("value", "a matrix that does not flatten everything")
-        ctm = np.eye(4) if kind == "identity" else self.state.ctm @ matrix
-        self.state = GraphicsState(ctm, self.state.material)
+        self.ctm = np.eye(4) if kind == "identity" else self.ctm @ matrix
 
     def push(self, element: Element) -> None:
         """push_CTM saves the transform; push_GS the transform and the material."""
-        self.saved.append((element.tag.removeprefix("push_"), self.state))
+        self.saved.append((element.tag.removeprefix("push_"), self.ctm, self.material))
 
     def pop(self, element: Element) -> None:
         """Restore what the matching push saved."""
@@ -88,19 +79,17 @@ class World:
         if not self.saved or self.saved[-1][0] != what:
             last = f"the last push was push_{self.saved[-1][0]}" if self.saved else "nothing is pushed"
             raise element.error(f"has no push_{what} before it: {last}")
-        _, state = self.saved.pop()
-        self.state = GraphicsState(state.ctm, state.material if what == "GS" else self.state.material)
+        _, self.ctm, material = self.saved.pop()
+        if what == "GS":
+            self.material = material
 
     def save_transform(self, element: Element) -> None:
         """Save the transform under a name."""
-        self.named_transforms[element.text(element.need("name"))] = self.state.ctm
+        self.named_transforms[element.text(element.need("name"))] = self.ctm
 
     def restore_transform(self, element: Element) -> None:
         """Restore the transform that was saved under a name."""
-        name = element.text(element.need("name"))
-        if name not in self.named_transforms:
-            raise element.error(f"name: {one_of('coordinate system', name[:LONGEST_SHOWN], self.named_transforms)}")
-        self.state = GraphicsState(self.named_transforms[name], self.state.material)
+        self.ctm = element.named("name", "coordinate system", self.named_transforms)
 
     # --- materials ----------------------------------------------------------------------------------------------------
 
@@ -111,20 +100,16 @@ class World:
 
     def use_material(self, element: Element) -> None:
         """Make a material the current one."""
-        self.state = GraphicsState(self.state.ctm, read_material(element, f"material_{element.where.rsplit(':')[-1]}"))
+        self.material = read_material(element, f"material_{element.where.rsplit(':')[-1]}")
 
     def use_named_material(self, element: Element) -> None:
         """Make a named material the current one."""
-        self.state = GraphicsState(self.state.ctm, self._named(element, "name"))
-
-    def _named(self, element: Element, attribute: str) -> Material:
-        name = element.text(element.need(attribute))
-        if name not in self.named_materials:
-            raise element.error(f"{attribute}: {one_of('material', name[:LONGEST_SHOWN], self.named_materials)}")
-        return self.named_materials[name]
+        self.material = element.named("name", "material", self.named_materials)
 
     def _material_of(self, element: Element) -> Material | None:
-        return self.state.material if element.find("material") is None else self._named(element, "material")
+        if element.find("material") is None:
+            return self.material
+        return element.named("material", "material", self.named_materials)
 
     def _id_of(self, material: Material) -> int:
         return self.material_ids.setdefault(material, len(self.material_ids))
@@ -145,7 +130,7 @@ class World:
             mesh.face_normals = mesh.faces.astype(np.int32)
         if element.flag("backface_cull", default=False):
             mesh.face_culls = np.ones(len(mesh.faces), bool)
-        place(mesh, self.state.ctm)
+        place(mesh, self.ctm)
         material = self._material_of(element)
         if material is None:
             ids = np.array([self._id_of(m) for m in mesh.materials], np.int32)
@@ -175,7 +160,7 @@ class World:
             sphere_ids=np.zeros(1, np.int32),
             sphere_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
         )
-        ctm = self.state.ctm
+        ctm = self.ctm
         if similarity(ctm[:3, :3]) is None:  # an ellipsoid, which is a sphere in a place of its own
             self.current.calls.append((Contents("sphere", element.where, [sphere]), ctm))
         else:
@@ -191,29 +176,27 @@ class World:
             raise element.error(f"stands in the instance {self.current.name!r}, which began at {self.current.where}")
         if name in self.instances:
             raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already, at {self.instances[name].where}")
-        self.current, self.state_before = Contents(name, element.where), self.state
+        self.current, self.before = Contents(name, element.where), (self.ctm, self.material)
 
     def end_instance(self, element: Element) -> None:
         """The instance is complete; the transform and the material are those from before it."""
         if self.current is self.contents:
             raise element.error("has no object_instance_begin before it")
         self.instances[self.current.name] = self.current
-        self.current, self.state = self.contents, self.state_before
+        self.current, (self.ctm, self.material) = self.contents, self.before
 
     def call_instance(self, element: Element) -> None:
         """Put an instance into the current transform, which is applied after those within it."""
         name = element.text(element.need("name"))
         if self.current is not self.contents and name == self.current.name:
             raise element.error(f"an instance contains itself: {name[:LONGEST_SHOWN]} → {name[:LONGEST_SHOWN]}")
-        if name not in self.instances:
-            raise element.error(f"name: {one_of('instance', name[:LONGEST_SHOWN], self.instances)}")
-        self.current.calls.append((self.instances[name], self.state.ctm))
+        self.current.calls.append((element.named("name", "instance", self.instances), self.ctm))
 
     def add_light(self, element: Element) -> None:
         """Add a light, at its place in the current transform."""
         if self.current is not self.contents:
             raise element.error(f"stands in the instance {self.current.name!r}, and an instance has no lights")
-        self.lights.append(read_light(element, self.state.ctm))
+        self.lights.append(read_light(element, self.ctm))
 
     def mesh(self) -> Mesh:
         """All objects as one mesh, with instances where any are called."""
@@ -223,30 +206,23 @@ class World:
 def read_material(element: Element, name: str) -> Material:
     """A material of RT3. As an extension, it may have values of MTL files under their names; they are not converted."""
     kind = element.choice("type", of=MATERIALS, default="matte")
-    values: dict = {}
     base = "color" if kind == "flat" else "diffuse"
     colors = element.colors("color", "diffuse", "ambient", "specular", "mirror")
     if "color" in colors and "diffuse" in colors:
         raise element.error("color and diffuse mean the same: give one of them")
     keys = {base: "Kd", "color": "Kd", "diffuse": "Kd", "ambient": "Ka", "specular": "Ks", "mirror": "Km"}
-    for attribute, key in keys.items():
-        if attribute in colors:
-            values[key] = colors[attribute]
+    values: dict = {key: colors[attribute] for attribute, key in keys.items() if attribute in colors}
     if kind == "phong":
         values["Ns"] = element.number("glossiness", "exponent", default=1.0)
     if kind == "microfacet":
         values |= dict.fromkeys(("alpha_x", "alpha_y"), element.number("alpha", default=0.0))
         values["F0"] = values.get("Ks", values.get("Kd", Material.F0))
-    for key in MTL_COLORS:
-        if (color := element.numbers(key, default=None)) is not None:
-            values[key] = tuple(float(c) for c in color)
-    for key in MTL_NUMBERS:
-        if (value := element.number(key)) is not None:
-            values[key] = value
+    values |= {key: tuple(of.tolist()) for key in MTL_COLORS if (of := element.numbers(key)) is not None}
+    values |= {key: of for key in MTL_NUMBERS if (of := element.number(key)) is not None}
     if kind == "microfacet":
         values.pop("Ns", None)  # the type decides
-    if kind == "microfacet" and not (values["alpha_x"] > 0 and values["alpha_y"] > 0):
-        raise element.error("a microfacet material needs alpha, or alpha_x and alpha_y, above 0")
+        if not (values["alpha_x"] > 0 and values["alpha_y"] > 0):
+            raise element.error("a microfacet material needs alpha, or alpha_x and alpha_y, above 0")
     if min(values.get("Kd", (0,))) < 0 or min(values.get("Ke", (0,))) < 0:
         raise element.error("Kd and Ke must not be negative")
     if element.number(LAYERED) == 1:

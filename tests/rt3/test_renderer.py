@@ -44,15 +44,12 @@ def test_the_question_of_the_three_spheres_has_its_answer():
     assert (ids == 2).sum() / scale**2 == pytest.approx(4 * np.pi - lens, rel=1e-2)
 
 
-def test_a_setter_for_every_integrator():
+def test_every_integrator_by_its_name():
     scene = tt.load_scene_data("rt3/four_corners")
     renderer = RT3Renderer(scene, 8, 8)
     for name in ("flat", "normal_map", "depth_map"):
-        setter = getattr(renderer, f"set_integrator_{name}")
-        assert setter().active.name == name
-        assert setter.__doc__.startswith("Show ")
+        assert renderer.use(name).active.name == name
         assert renderer.srgb == (name == "flat")
-    assert renderer.set_integrator_flat_color().active.name == "flat"
     assert renderer.use("flat_color").active.name == "flat"
 
 
