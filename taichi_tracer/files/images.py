@@ -379,13 +379,14 @@ def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:
     The resolution line names the axis from scanline to scanline, and then the one within a scanline: ``-Y 2 +X 4``
     begins at the top left; ``+X 4 +Y 2`` is made of columns and begins at the bottom left.
     """
-    line = HDR_RESOLUTION.search(raw)
-    exposure = np.prod([float(v) for v in re.findall(rb"^EXPOSURE\s*=\s*(\S+)", raw[: line.start()], re.MULTILINE)])
+    header, rows, columns = HDR_RESOLUTION.split(raw, maxsplit=1)[:3]
+    exposure = np.prod([float(value) for value in re.findall(rb"^EXPOSURE\s*=\s*(\S+)", header, re.MULTILINE)])
     if not 0 < exposure < np.inf:
         raise InputError(f"EXPOSURE must be a number above 0, not {exposure:g}")
-    if line[1].endswith(b"X"):
+    if rows.endswith(b"X"):
         pixels = pixels.swapaxes(0, 1)
-    return pixels[:: -1 if b"+Y" in line.groups() else 1, :: -1 if b"-X" in line.groups() else 1] / np.float32(exposure)
+    axes = rows, columns
+    return pixels[:: -1 if b"+Y" in axes else 1, :: -1 if b"-X" in axes else 1] / np.float32(exposure)
 
 
 HDR_RESOLUTION = re.compile(rb"^([-+][XY])\s+\d+\s+([-+][XY])\s+\d+\s*$", re.MULTILINE)
