@@ -66,7 +66,6 @@ def function(text):
 
 
 FAC = "def fac(n):\n    r = 1\n    if n > 1:\n        r = n * fac(n - 1)  # here\n    return r"
-LOOP = "for k in range(3):"
 WITH_IF = ("p = 0.0", "if tm.dot(n, w_i) > 0:", "    p = 0.3", "return p")
 
 WRONG = {

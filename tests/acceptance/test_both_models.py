@@ -88,9 +88,10 @@ def blocks(image):
 def test_three_spheres_are_those_of_float64(scene, estimator):
     """A t of 6.5 with 15 degrees of freedom has a probability of 1e-5; there are 36 numbers in each of three cases."""
     right, error = expected(np.asarray(scene.environment.pixels, float), estimator == "microfacet")
-    found = []
+    renderer, found = tt.A2Renderer(scene, WIDTH, HEIGHT, jitter=False).use(estimator), []
     for seed in range(SEEDS):
-        renderer = tt.A2Renderer(scene, WIDTH, HEIGHT, seed=seed, jitter=False).use(estimator)
+        renderer.seed = seed
+        renderer.reset()
         found.append(blocks(np.asarray(renderer.render(SPP).image(), float)))
     own = np.std(found, axis=0, ddof=1) / np.sqrt(SEEDS)
     z = (np.mean(found, axis=0) - right) / np.sqrt(error**2 + own**2 + (1e-4 * right) ** 2)

@@ -48,6 +48,7 @@ def folder(path, empty=(), changes=()):
     return path
 
 
+SMALL = "--size", "32x32"
 A2_AND_LATER = ["Environment", *LATER["sampler.py"], *LATER["renderer.py"]]
 A3_AND_LATER = ["MicrofacetBRDF", "MeshLightSampler", "A3Renderer", "A4Renderer"]
 
@@ -81,18 +82,20 @@ def test_a_beginner_with_camera_and_intersector_sees_all_views(tmp_path):
 @pytest.mark.slow
 def test_what_is_unfinished_is_an_error_with_its_line_where_a_picture_uses_it(tmp_path):
     beginner = folder(tmp_path / "a", ["RayIntersector", *A2_AND_LATER])
-    code, said = by_command("render", "cube", "--view", "hit", "--course", beginner, "-o", tmp_path / "a.png")
+    code, said = by_command("render", "cube", "--view", "hit", *SMALL, "--course", beginner, "-o", tmp_path / "a.png")
     (line,) = [line for line in said.splitlines() if "error:" in line]
     assert code == 2
     assert "ray_intersector.py:" in line
     assert "intersect_triangle" in line
     assert not (tmp_path / "a.png").exists()
     half = folder(tmp_path / "b", ["A2Renderer", *A3_AND_LATER])
-    code, said = by_command("render", "sphere", "--estimator", "uniform", "--course", half, "-o", tmp_path / "b.png")
+    code, said = by_command(
+        "render", "sphere", "--estimator", "uniform", *SMALL, "--course", half, "-o", tmp_path / "b.png"
+    )
     assert code == 2
     assert "renderer.py:" in said
     assert "shade_ray is not written yet" in said
-    code, said = by_command("render", "sphere", "--view", "normal", "--course", half, "-o", tmp_path / "b.png")
+    code, said = by_command("render", "sphere", "--view", "normal", *SMALL, "--course", half, "-o", tmp_path / "b.png")
     assert code == 0
 
 

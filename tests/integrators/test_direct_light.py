@@ -73,12 +73,6 @@ def check(renderer, mean, variance=None):
         assert (np.abs(per_pixel.mean(axis=(0, 1)) - variance) / spread).max() < LARGEST_Z
 
 
-LONG = ("hemisphere", "environment", "mis_balance")  # these repeat what the other estimators test
-
-
-PAIRS = [("specular_spheres", "studio"), pytest.param("cornell_box", "studio", marks=pytest.mark.slow)]
-
-
 def quarters(image):
     """Means of the four quarters of a 32 × 32 picture, (2, 2, 3)."""
     return image.astype(np.float64).reshape(2, 16, 2, 16, 3).mean(axis=(1, 3))

@@ -6,7 +6,6 @@ from shapes import sphere
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 WAYS = ("implicit", "explicit", "path")
@@ -42,38 +41,6 @@ def box():
     """The Cornell box, lit by its lamp."""
     start("f32")
     return tt.load_scene_data("cornell_box")
-
-
-def blocks(image, size=8):
-    """(h/size, w/size, 3) means."""
-    h, w, _ = image.shape
-    return image.astype(float).reshape(h // size, size, w // size, size, 3).mean(axis=(1, 3))
-
-
-def runs_of(renderer, count, spp):
-    """(count, …) block means of independent pictures."""
-    found = []
-    for seed in range(count):
-        renderer.seed = seed
-        renderer.begin_anew()
-        found.append(blocks(renderer.render(spp).image()))
-    return np.array(found)
-
-
-def compare(one, other, alpha=0.01):
-    """Welch's test of the means of two sets of runs in each block; blocks that nothing varies in must be equal."""
-    z = (one.mean(0) - other.mean(0)) / np.sqrt(
-        one.var(0, ddof=1) / len(one) + other.var(0, ddof=1) / len(other) + 1e-20
-    )
-    assert np.abs(z).max() < largest_z(z.size, alpha) * 1.25, np.abs(z).max()  # 1.25: t with 22 degrees of freedom
-
-
-# Samples per pixel of ``WAYS``: the more samples, the closer the means of pictures are to a normal distribution. Where
-# lamps are small or lobes are narrow, a few bright samples of many thousands make the picture of one of the ways.
-USUAL = (96, 16, 16)
-SAMPLES = {"many_lights": (600, 600, 200), "veach_plates": (3000, 3000, 300)}
-MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]
-CASES = [pytest.param("cornell_box", environment, marks=pytest.mark.slow) for environment in (None, "studio")]
 
 
 def test_pictures_by_bounce_refuse_what_cannot_be_added_up(box):

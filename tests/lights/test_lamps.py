@@ -10,7 +10,6 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 20_000
-CHOICES = ("area", "power", "hierarchy")
 LAMP, DARK = tt.Material("lamp", Kd=(0, 0, 0), Ke=(1, 1, 1)), tt.Material("dark")
 # The square in the plane z = 0 faces +z. Points around it: near, far, at its edge, and some that it sees edge-on.
 POINTS = np.array(

@@ -31,11 +31,6 @@ def clipped(point, normal, corners):
     return np.array(found).reshape(-1, 3)
 
 
-def sphere_irradiance(distance, radius):
-    """E / L of a sphere straight above a point, at a distance to its centre."""
-    return np.pi * (radius / distance) ** 2
-
-
 def room_radiance(emission, albedo, max_bounces):
     """Radiance in a closed room whose surfaces all emit and reflect the same: a geometric sum."""
     return emission * sum(albedo**k for k in range(max_bounces + 1))
