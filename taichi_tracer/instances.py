@@ -312,10 +312,8 @@ def _shared(objects: list[Mesh], object_of: np.ndarray, matrices: np.ndarray, ch
 
 
 def _copy(mesh: Mesh, matrix: np.ndarray) -> Mesh:
-    """A mesh in its place; the identity leaves every bit as it is."""
     copied = replace(mesh)
-    if not (matrix == np.eye(4)).all():
-        move(copied, matrix)
+    move(copied, matrix)
     return copied
 
 

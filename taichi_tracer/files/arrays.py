@@ -44,7 +44,9 @@ def with_appearance(mesh: Mesh, color=None, material=None, normals=None, face_ma
     if uv is not None:
         rows = of_corners("uv", uv, 2, mesh)
         changed["corner_uv"] = rows[mesh.faces] if rows.ndim == 2 else rows
-    return replace(mesh, **changed)
+    whole = replace(mesh, **changed)
+    check(whole)
+    return whole
 
 
 def colors(given) -> np.ndarray:
@@ -79,14 +81,6 @@ def material_ids(given, triangles: int, count: int) -> np.ndarray:
     ids = numbers("face_materials", given)
     if ids.size > 0 and ids.dtype.kind not in "iu":
         raise InputError(f"mesh: face_materials must be whole numbers, not {ids.dtype}")
-    if ids.shape != (triangles,):
-        raise InputError(f"mesh: face_materials must be {triangles} ids, one per triangle, not the shape {ids.shape}")
-    wrong = np.flatnonzero((ids < 0) | (ids >= count))
-    if len(wrong) > 0:
-        raise InputError(
-            f"mesh: triangle {wrong[0]} has material {ids[wrong[0]]}, which is out of range "
-            f"(there are {count}, counted from 0)"
-        )
     return ids.astype(np.int32)
 
 

@@ -256,7 +256,7 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
 
 
 def read_opacity(path: str | Path) -> np.ndarray:
-    """(h, w) float32, top row first: the alpha of a PNG file, if it has one; otherwise the mean of its colours.
+    """(h, w, 3) float32, top row first: the alpha of a PNG file, if it has one; otherwise the mean of its colours.
 
     Raises:
         InputError: as for ``read_image``.
@@ -267,8 +267,8 @@ def read_opacity(path: str | Path) -> np.ndarray:
 
         with Image.open(path, formats=("PNG",)) as image:
             if image.has_transparency_data:
-                return np.asarray(image.convert("RGBA"), np.float32)[..., 3] / 255
-    return colours.mean(axis=2)
+                colours = np.asarray(image.convert("RGBA"), np.float32)[..., 3:] / 255
+    return np.repeat(colours.mean(axis=2, keepdims=True), 3, axis=2)
 
 
 def display_in(path: str | Path) -> str | None:

@@ -104,21 +104,15 @@ def from_trimesh(mesh_or_scene) -> Mesh:
     """
     if not hasattr(mesh_or_scene, "geometry") and not hasattr(mesh_or_scene, "faces"):
         raise InputError(f"mesh: a trimesh.Trimesh or a trimesh.Scene is needed, not {type(mesh_or_scene).__name__}")
-    placed = _placed(mesh_or_scene)
+    import trimesh
+
+    scene = mesh_or_scene if hasattr(mesh_or_scene, "geometry") else trimesh.Scene(mesh_or_scene)
+    nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
+    placed = [(scene.geometry[name], np.asarray(transform, np.float64)) for transform, name in nodes]
+    placed = [(mesh, transform) for mesh, transform in placed if len(getattr(mesh, "faces", ())) > 0]
     looks: dict[int, Material] = {}  # by the identity of trimesh's material, so that each picture is one texture
     parts = {id(mesh): _part(mesh, looks) for mesh, _ in placed}
     return assemble([(parts[id(mesh)], transform) for mesh, transform in placed], "mesh")
-
-
-def _placed(mesh_or_scene) -> list[tuple]:
-    """(Trimesh, 4×4 transform) for everything that has triangles, in the order of the scene's nodes."""
-    if not hasattr(mesh_or_scene, "geometry"):
-        placed = [(mesh_or_scene, np.eye(4))]
-    else:
-        graph = mesh_or_scene.graph
-        nodes = [graph[node] for node in graph.nodes_geometry]
-        placed = [(mesh_or_scene.geometry[name], np.asarray(transform, np.float64)) for transform, name in nodes]
-    return [(mesh, transform) for mesh, transform in placed if len(getattr(mesh, "faces", ())) > 0]
 
 
 def _normals_were_set(mesh) -> bool:

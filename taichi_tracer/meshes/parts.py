@@ -134,8 +134,10 @@ def move(mesh: Mesh, matrix: np.ndarray) -> None:
 
     If the matrix mirrors the mesh, the triangles are reversed, so that fronts stay fronts. If it presses the mesh flat,
     the normals are gone. A sphere that would become an ellipsoid disappears: its radius is 0. The poles of others, by
-    which a texture lies on them, stay where they are.
+    which a texture lies on them, stay where they are. The identity leaves every bit as it is.
     """
+    if (matrix == np.eye(4)).all():
+        return
     linear = matrix[:3, :3]
     mesh.vertices = mesh.vertices @ linear.T + matrix[:3, 3]
     if len(mesh.spheres) > 0:

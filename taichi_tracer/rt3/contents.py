@@ -17,29 +17,23 @@ class Contents:
     Attributes:
         name: of the instance, or of the document. where: the line in which it began.
         parts: triangles and spheres, moved into their places.
-        calls: other contents, with the (4, 4) transform of each place.
+        calls: meshes of instances, each with the (4, 4) transform of its place.
     """
 
     name: str
     where: str = ""
     parts: list[Mesh] = field(default_factory=list)
-    calls: list[tuple["Contents", np.ndarray]] = field(default_factory=list)
+    calls: list[tuple[Mesh, np.ndarray]] = field(default_factory=list)
 
-    def mesh(self, materials: list[Material], known: dict[int, Mesh] | None = None) -> Mesh:
+    def mesh(self, materials: list[Material]) -> Mesh:
         """Everything as one mesh; what is called several times is one mesh in several places.
 
         Args:
-            materials: of the document. known: the meshes of contents, by their identity, as far as they are made.
+            materials: of the document.
         """
-        known = {} if known is None else known
-        if id(self) not in known:
-            whole = joined(self.parts, materials, self.name)
-            places: dict[int, list[np.ndarray]] = {}
-            of = {id(called): called for called, _ in self.calls}
-            for called, matrix in self.calls:
-                places.setdefault(id(called), []).append(matrix)
-            whole.instances = [
-                Instances(of[key].mesh(materials, known), np.array(matrices)) for key, matrices in places.items()
-            ]
-            known[id(self)] = whole
-        return known[id(self)]
+        whole = joined(self.parts, materials, self.name)
+        places: dict[int, tuple[Mesh, list[np.ndarray]]] = {}
+        for called, matrix in self.calls:
+            places.setdefault(id(called), (called, []))[1].append(matrix)
+        whole.instances = [Instances(called, np.array(matrices)) for called, matrices in places.values()]
+        return whole

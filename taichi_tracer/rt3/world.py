@@ -20,7 +20,6 @@ MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "pho
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
-IDENTITY = np.eye(4)
 
 
 class World:
@@ -40,7 +39,8 @@ class World:
         self.files: dict[Path, Mesh] = {}
         self.contents = Contents(str(path))  # of the world
         self.current = self.contents  # of the world, or of the instance that is being defined
-        self.instances: dict[str, Contents] = {}
+        self.instances: dict[str, Mesh] = {}
+        self.begins: dict[str, str] = {}  # of instances: where they were defined
         self.before = self.ctm, self.material  # the instance that is being defined
         self.lights: list[Light] = []
         self.notes: list[str] = []
@@ -130,7 +130,7 @@ class World:
             mesh.face_normals = mesh.faces.astype(np.int32)
         if element.flag("backface_cull", default=False):
             mesh.face_culls = np.ones(len(mesh.faces), bool)
-        place(mesh, self.ctm)
+        move(mesh, self.ctm)
         material = self._material_of(element)
         if material is None:
             ids = np.array([self._id_of(m) for m in mesh.materials], np.int32)
@@ -162,9 +162,9 @@ class World:
         )
         ctm = self.ctm
         if similarity(ctm[:3, :3]) is None:  # an ellipsoid, which is a sphere in a place of its own
-            self.current.calls.append((Contents("sphere", element.where, [sphere]), ctm))
+            self.current.calls.append((replace(sphere, source="sphere", materials=list(self.material_ids)), ctm))
         else:
-            place(sphere, ctm)
+            move(sphere, ctm)
             self.current.parts.append(sphere)
 
     # --- instances ----------------------------------------------------------------------------------------------------
@@ -175,14 +175,15 @@ class World:
         if self.current is not self.contents:
             raise element.error(f"stands in the instance {self.current.name!r}, which began at {self.current.where}")
         if name in self.instances:
-            raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already, at {self.instances[name].where}")
+            raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already, at {self.begins[name]}")
         self.current, self.before = Contents(name, element.where), (self.ctm, self.material)
 
     def end_instance(self, element: Element) -> None:
         """The instance is complete; the transform and the material are those from before it."""
         if self.current is self.contents:
             raise element.error("has no object_instance_begin before it")
-        self.instances[self.current.name] = self.current
+        self.instances[self.current.name] = self.current.mesh(list(self.material_ids))
+        self.begins[self.current.name] = self.current.where
         self.current, (self.ctm, self.material) = self.contents, self.before
 
     def call_instance(self, element: Element) -> None:
@@ -261,12 +262,6 @@ def check_indices(element: Element, name: str, ids: np.ndarray, count: int, leas
             f"{name}: triangle {triangle} has index {ids[triangle, corner]}, which is out of range "
             f"(there are {count}, counted from 0)"
         )
-
-
-def place(mesh: Mesh, ctm: np.ndarray) -> None:
-    """Transform a mesh; the identity leaves every bit as it is."""
-    if not (ctm == IDENTITY).all():
-        move(mesh, ctm)
 
 
 def rotation(angle: float, axis: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.disk import check_is_file
 from taichi_tracer.files.images import read_image, read_opacity
 from taichi_tracer.files.readers.text import name_in, names_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
@@ -48,7 +47,9 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
         where = f"{path}:{line_number}"
         keyword = words[0].lower()
         if keyword == "newmtl":
-            name = _name(line, where)
+            name = name_in(line.strip()[len("newmtl") :])
+            if name == "":
+                raise InputError(f"{where}: newmtl needs a name")
             materials[name] = Material(name=name)
         elif keyword in COLORS or keyword in NUMBERS or keyword == "tr":
             if name is None:
@@ -95,26 +96,12 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
         try:
             if not file:
                 raise InputError("the name of a file is missing")
-            if (mtl.parent / file).is_dir():
-                check_is_file(mtl.parent / file)
-            pixels = opacity(mtl.parent / file) if is_opacity else np.asarray(read_image(mtl.parent / file, srgb=True))
-            images[key] = Texture(pixels, (wrap, wrap), file)
+            pixels = read_opacity(mtl.parent / file) if is_opacity else read_image(mtl.parent / file, srgb=True)
+            images[key] = Texture(np.asarray(pixels), (wrap, wrap), file)
         except (InputError, MissingFileError, OSError) as error:
             messages.append(f"{where}: the texture is not used: {error}")
             images[key] = None
     return images[key]
-
-
-def opacity(path: Path) -> np.ndarray:
-    """(h, w, 3) the opacity of an image, as ``Material.map_d`` has it."""
-    return np.repeat(read_opacity(path)[..., None], 3, axis=2)
-
-
-def _name(line: str, where: str) -> str:
-    name = name_in(line.strip()[len("newmtl") :])
-    if name == "":
-        raise InputError(f"{where}: newmtl needs a name")
-    return name
 
 
 def _values(keyword: str, words: list[str], where: str) -> dict:
@@ -160,9 +147,7 @@ def find_library(statement: str, beside: Path, where: str) -> list[Path]:
         paths = [folder / name.replace("\\", "/") for name in names]
         if names and all(path.is_file() for path in paths):
             return paths
-    missing = next((name for name, path in zip(names, paths, strict=True) if not path.is_file()), None)
-    if missing is None:
-        raise InputError(f"{where}: mtllib needs the name of a file")
+    missing = next((name for name, path in zip(names, paths, strict=True) if not path.is_file()), "")
     if not any(path.is_file() for path in paths):
         missing = statement
     beside_it = ", ".join(sorted(p.name for p in folder.iterdir() if p.suffix.lower() == ".mtl")) or "no .mtl file"

@@ -171,10 +171,8 @@ class Polygons:
 
 
 def _polygons(block: KeywordLines, path: Path) -> Polygons:
-    if len(block) == 0:
-        return Polygons(*np.zeros((4, 0), np.int64))
-    polygons = _polygons_at_once(block)
-    return polygons if polygons is not None else _polygons_one_by_one(block, path)
+    polygons = _polygons_at_once(block) if len(block) > 0 else None
+    return polygons or _polygons_one_by_one(block, path)
 
 
 def _polygons_at_once(block: KeywordLines) -> Polygons | None:
@@ -209,7 +207,7 @@ def _polygons_one_by_one(block: KeywordLines, path: Path) -> Polygons:
             raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
         sizes.append(len(words))
         corners += [_corner(word, where) for word in words]
-    return Polygons(np.array(sizes), *np.array(corners, np.int64).T)
+    return Polygons(np.array(sizes, np.int64), *np.array(corners, np.int64).reshape(-1, 3).T)
 
 
 def _corner(word: str, where: str) -> tuple[int, int, int]:
