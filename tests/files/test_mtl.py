@@ -91,7 +91,7 @@ def test_a_texture_is_read_with_its_options(mtl, tmp_path, options, wrap, told):
         ("unknown.tga", "unknown image type '.tga'"),
         ("", "the name of a file is missing"),
         ("-clamp on", "the name of a file is missing"),
-        (".", "this is a folder: give a file in it"),
+        (".", "unknown image type ''"),
         ("folder.png", "folder.png: this is a folder: give a file in it"),
         ("/dev/zero", "/dev/zero"),
         ("a" * 5000 + ".png", "aaaa"),

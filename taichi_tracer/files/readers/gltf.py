@@ -89,12 +89,11 @@ class Gltf:
 
     def read(self) -> tuple[Placed, list[tuple[str, dict]]]:
         """As for ``read_gltf``."""
+        used = dict.fromkeys([*self.content.get("extensionsUsed", []), *extensions_in(self.content)])
         for name in self.content.get("extensionsRequired", []):
             if name not in READ:
                 raise InputError(f"it needs the extension {name}, which is not read: export it without")
-        self.notes += [
-            f"the extension {name} is not read" for name in self.content.get("extensionsUsed", []) if name not in READ
-        ]
+        self.notes += [f"the extension {name} is not read" for name in used if name not in READ]
         if self.content.get("animations"):
             self.notes.append("animations are not read: the pose is that of the nodes")
         placed, lights = [], []
@@ -342,6 +341,15 @@ class Gltf:
             alpha = alpha if pixels.shape[2] == 4 else np.ones_like(rgb)
             self.known["picture", number] = tuple(Texture(one, wrap) for one in (colours, rgb, alpha))
         return self.known["picture", number]
+
+
+def extensions_in(part: Any) -> Iterator[str]:
+    """The names of all extensions within a part of a file."""
+    if isinstance(part, dict):
+        yield from extensions(part)
+    if isinstance(part, (dict, list)):
+        for inner in part.values() if isinstance(part, dict) else part:
+            yield from extensions_in(inner)
 
 
 def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:
