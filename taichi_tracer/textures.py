@@ -184,11 +184,6 @@ class Textures:
         return uv
 
     @ti.func
-    def layer(self, hit):
-        """(_, factor of the roughness, factor of the metalness) at a hit whose material has ``map_layer``."""
-        return self.of_kind(LAYER, hit)
-
-    @ti.func
     def bilinear(self, row, uv):
         """The weighted mean of the four texels around a point; ``row`` is that of the texture in ``places``."""
         width, height = self.places[row, 1], self.places[row, 2]
@@ -249,7 +244,8 @@ def textured(material, textures: ti.template(), hit):
         found.Ks *= textures.of_kind(GLOSS, hit)
     if ti.static(textures.has_layers):
         if textures.places[KINDS * hit.material_id + LAYER, 0] >= 0:
-            layer, base = textures.layer(hit), textures.bases[hit.material_id] * color
+            layer = textures.of_kind(LAYER, hit)  # factors: of the roughness in green, of the metalness in blue
+            base = textures.bases[hit.material_id] * color
             metal = metalness.x * layer.z
             found.Kd, found.F0 = (1 - metal) * base, (1 - metal) * LAYER_F0 + metal * base
             found.alpha_x, found.alpha_y = material.alpha_x * layer.y**2, material.alpha_y * layer.y**2

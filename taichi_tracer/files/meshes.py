@@ -171,11 +171,11 @@ def _material(look: Any) -> Material:
     image = getattr(look, "image", None) or getattr(look, "baseColorTexture", None)
     if look is None or (image is not None and np.array_equal(np.asarray(image), np.asarray(empty_material().image))):
         return Material()
-    kd, ke = Material.Kd, Material.Ke
-    if hasattr(look, "baseColorFactor"):
-        kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, ke)
-    else:
-        kd = _color(getattr(look, "diffuse", None), kd)
+    is_pbr = hasattr(look, "baseColorFactor")
+    kd = (
+        _color(look.baseColorFactor, (1.0, 1.0, 1.0)) if is_pbr else _color(getattr(look, "diffuse", None), Material.Kd)
+    )
+    ke = _color(getattr(look, "emissiveFactor", None), Material.Ke)
     pixels = None if image is None else linear_from_srgb(np.asarray(image.convert("RGB"), np.float32) / 255)
     picture = None if pixels is None else Texture(pixels.astype(np.float32))
     return Material(name=getattr(look, "name", None) or "default", Kd=kd, Ke=ke, map_Kd=picture)

@@ -1,10 +1,6 @@
 """A picture as an array of numbers that knows whether the numbers are light, so that it is written right."""
 
-import io
-
 import numpy as np
-
-from taichi_tracer.files.srgb import to_bytes
 
 # Operations whose result has the meaning of their arguments. A picture times two is a brighter picture. A picture to
 # the power of 1/2.2 is something else: somebody encoded it by hand, and it must not be encoded once more.
@@ -63,13 +59,11 @@ class Picture(np.ndarray):
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows; a few pixels are shown as numbers."""
-        from PIL import Image
+        from taichi_tracer.files.images import encode_png
 
         if self.ndim != 3 or self.shape[2] != 3 or min(self.shape[:2]) < SMALLEST:
             return None
-        file = io.BytesIO()
-        Image.fromarray(to_bytes(as_array(self), bool(self.srgb))).save(file, "PNG")
-        return file.getvalue()
+        return encode_png(self)
 
 
 def as_array(value):

@@ -42,11 +42,6 @@ class Element:
         self.tag, self.attributes, self.where, self.note = tag, attributes, where, note
         self.known: dict[str, None] = {}
 
-    @property
-    def document(self) -> Path:
-        """The file in which it stands."""
-        return Path(self.where.rsplit(":", 1)[0])
-
     def error(self, message: str) -> InputError:
         """An InputError with file, line and tag."""
         return InputError(f"{self.where}: <{self.tag}> {message}")
@@ -150,12 +145,10 @@ class Element:
 
     def path(self, name: str) -> Path:
         """The file that an attribute names, relative to the folder of the document."""
-        text = self.text(self.need(name))
-        path = self.document.parent / Path(text.replace("\\", "/")).expanduser()
+        text, document = self.text(self.need(name)), Path(self.where.rsplit(":", 1)[0])
+        path = document.parent / Path(text.replace("\\", "/")).expanduser()
         if not path.is_file():
-            raise MissingFileError(
-                f"{self.where}: <{self.tag}> {name}: no such file {text!r} beside {self.document.name}"
-            )
+            raise MissingFileError(f"{self.where}: <{self.tag}> {name}: no such file {text!r} beside {document.name}")
         return path
 
     def colors(self, *names: str) -> dict[str, tuple[float, float, float]]:

@@ -32,21 +32,16 @@ def as_rt3(document: Document, path: Path) -> str:
     Raises:
         InputError: the document exceeds the limits of ``read_rt3``.
     """
+    world = []
+    if document.intersector is not None:
+        kinds = {name: kind for kind, name in AGGREGATORS.items()}
+        world.append(tag("aggregator", type=kinds[document.intersector]))
+    world += ["", "<world_begin/>", *_background(document, path)]
+    world += [*map(_light, document.lights), *_world(document.mesh), "<world_end/>"]
     lines = ["<RT3>"]
-    last = None
     for shot in document.shots:
-        if last is not None:
-            lines.append("")
-        lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator)]
-        if last is None:
-            if document.intersector is not None:
-                kinds = {name: kind for kind, name in AGGREGATORS.items()}
-                lines.append(tag("aggregator", type=kinds[document.intersector]))
-            lines += ["", "<world_begin/>", *_background(document, path)]
-            lines += [*map(_light, document.lights), *_world(document.mesh), "<world_end/>"]
-        else:
-            lines.append("<render_again/>")
-        last = shot
+        lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator), *world, ""]
+        world = ["<render_again/>"]
     text = "\n".join([*lines, "</RT3>", ""])
     if len(text.encode()) > MOST_BYTES:
         raise InputError(
