@@ -188,11 +188,16 @@ def _polygons_at_once(block: KeywordLines) -> Polygons | None:
     if numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
         return None
     follows = text[starts - 1] == SLASH
-    slashes = np.cumsum(np.add(follows, follows & (text[starts - 2] == SLASH), dtype=np.int32))
-    corner, begins = np.cumsum(~follows) - 1, np.flatnonzero(~follows)
-    place = slashes - slashes[begins][corner]
+    begins = np.flatnonzero(~follows)
     sizes = np.diff(np.searchsorted(starts[begins], np.flatnonzero(text == NEWLINE)), prepend=0)
-    if sizes.min() < 3 or place.max() > 2 or not numbers.all():
+    if sizes.min() < 3 or not numbers.all():
+        return None
+    if b"/" not in kinds:  # v only, which is quicker
+        return Polygons(sizes, numbers, *np.zeros((2, len(numbers)), np.int64))
+    slashes = np.cumsum(np.add(follows, follows & (text[starts - 2] == SLASH), dtype=np.int32))
+    corner = np.cumsum(~follows) - 1
+    place = slashes - slashes[begins][corner]
+    if place.max() > 2:
         return None
     ids = np.zeros(3 * len(begins), np.int64)
     ids[3 * corner + place] = numbers
