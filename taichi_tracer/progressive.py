@@ -5,6 +5,7 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 from collections.abc import Callable
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
@@ -21,7 +22,7 @@ from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.own_code.rules import note_change, values_of
 from taichi_tracer.system.parts.overrides import adapt_signature, call_with_known_args, overridable
-from taichi_tracer.system.stopwatch import LIGHTS, SAMPLES, stage
+from taichi_tracer.system.stopwatch import KERNELS_MADE, LIGHTS, SAMPLES, stage
 from taichi_tracer.system.threads import one_at_a_time
 
 if TYPE_CHECKING:
@@ -101,11 +102,28 @@ class ProgressiveRenderer(RendererParts):
 
     def add_sample(self, index: int, count: int = 1) -> None:
         """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
+        parts = self._prepared_parts()
+        with stage(SAMPLES, waits=True):
+            self._take_samples(parts, self.seed, index, count)
+
+    def _prepared_parts(self) -> SampleParts:
         with stage(LIGHTS):
             scene = self.kernel_scene()
             scene.lights.prepare(self.active.samples_lights)
-        with stage(SAMPLES, waits=True):
-            self._take_samples(self.sample_parts(scene, self.active), self.seed, index, count)
+        return self.sample_parts(scene, self.active)
+
+    @one_at_a_time
+    def make_ready(self) -> float:
+        """Launch the kernel without samples, unless it was launched before: the seconds in which it is compiled.
+
+        The machine code of a kernel is made at its first launch, also of one that was found in Taichi's folder.
+        """
+        parts, start = self._prepared_parts(), perf_counter()
+        if parts != self._ready:
+            self._ready = parts
+            with stage(KERNELS_MADE):
+                self._take_samples(parts, self.seed, 0, 0)
+        return perf_counter() - start
 
     @property
     def passes_at_once(self) -> int:

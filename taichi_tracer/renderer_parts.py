@@ -128,6 +128,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self.eye_rays = self.make_eye_rays()
         may_adapt = self.adaptive is None and self.is_random and self.film.doubles
         self.own_shares = OwnShares(self, may_adapt)
+        self._ready: SampleParts | None = None  # of the kernel that was launched last
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())

@@ -8,6 +8,7 @@ from shapes import SQUARE
 
 import taichi_tracer as tt
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.system import compiling
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -33,6 +34,15 @@ def test_a_new_view_or_camera_starts_over(renderer):
 @pytest.fixture(scope="module")
 def lit():
     return tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="studio"), width=16, height=12)
+
+
+def test_a_kernel_is_ready_before_the_first_sample(lit):
+    lit.begin()
+    lit.make_ready()
+    kernels = len(compiling.kernels())
+    assert lit.film.counts().max() == 0
+    assert lit.render(1).film.counts().min() == 1
+    assert len(compiling.kernels()) == kernels
 
 
 def test_a2_has_the_handouts_setters_and_modes(lit):

@@ -125,16 +125,13 @@ class Rendered:
 
 
 def pictures_of(scene: SceneData, name: str, size: tuple[int, int], seconds: float, seed: int) -> Rendered:
-    """Render an estimator with several seeds; all have as many samples as the first, which takes the seconds.
-
-    The first sample does not count: the machine code of its kernel is made before it.
-    """
+    """Render an estimator with several seeds; all have as many samples as the first, which takes the seconds."""
     pictures: list[Picture] = []
     limit: dict[str, Any] = {"time": seconds}
     errors = []
     for k in range(SEEDS):
-        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name).render(1).render(**limit)
-        limit = {"spp": renderer.samples - 1}
+        renderer = renderer_of(name)(scene, *size, seed=seed + k).use(name).render(**limit)
+        limit = {"spp": renderer.samples}
         errors.append(renderer.error())
         pictures.append((renderer.image().astype(np.float64), np.square(renderer.error_image(), dtype=np.float64)))
     unseen = max(getattr(found, "unseen", 0.0) for found in errors)

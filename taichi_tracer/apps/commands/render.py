@@ -319,8 +319,6 @@ def describe_times(renderer: ProgressiveRenderer) -> str:
     progress = renderer.progress
     if progress.samples == 0:
         return "no more samples were needed"
-    if progress.samples == 1:
-        return f"first sample with compiling {progress.seconds:.2f} s"
     return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
 
 
