@@ -6,7 +6,10 @@ each expression, it writes out the lines that an error message would show, with 
 
 import ast
 import functools
+import inspect
+import linecache
 import textwrap
+import types
 import weakref
 from collections.abc import Callable
 from typing import Any
@@ -29,11 +32,35 @@ _FOUND: "weakref.WeakKeyDictionary[Callable, tuple[str, list[str], int]]" = weak
 
 
 def source_of(function: Callable) -> tuple[str, list[str], int]:
-    """The file of a function, its lines, and the number of the first."""
+    """The file of a function, its lines, and the number of the first.
+
+    The last line is that of its last instruction. Where more belongs to it, such as a bracket, ``inspect`` reads the
+    tokens of the file, which takes longer.
+    """
     if function not in _FOUND:
-        lines, first = kernel_impl.getsourcelines(function)
-        _FOUND[function] = kernel_impl.getsourcefile(function), [line.rstrip().expandtabs(4) for line in lines], first
+        code = inspect.unwrap(function).__code__
+        linecache.checkcache(code.co_filename)
+        first = code.co_firstlineno
+        lines = linecache.getlines(code.co_filename, function.__globals__)[first - 1 : last_line(code)]
+        try:
+            is_whole = len(tree_of(lines).body) == 1
+        except SyntaxError:
+            is_whole = False
+        if not is_whole:
+            lines, first = kernel_impl.getsourcelines(function)
+        _FOUND[function] = code.co_filename, [line.rstrip().expandtabs(4) for line in lines], first
     return _FOUND[function]
+
+
+def last_line(code: types.CodeType) -> int:
+    """The last line with an instruction of a function, or of a function within it."""
+    inner = [last_line(one) for one in code.co_consts if isinstance(one, types.CodeType)]
+    return max(*(line or 0 for *_, line in code.co_lines()), *inner, code.co_firstlineno)
+
+
+def tree_of(lines: list[str]) -> ast.Module:
+    """The syntax tree of a function's lines."""
+    return ast.parse(textwrap.dedent("\n".join(lines)))
 
 
 def finding_once(_usual: Callable) -> Callable:
@@ -43,7 +70,7 @@ def finding_once(_usual: Callable) -> Callable:
         self: Any, excluded_parameters: Any = (), is_kernel: bool = True, args: Any = None, **more: Any
     ) -> tuple[ast.Module, Context]:
         file, lines, first = source_of(self.func)
-        tree: Any = ast.parse(textwrap.dedent("\n".join(lines)))
+        tree: Any = tree_of(lines)
         tree.body[0].decorator_list = []
         if any("**" in line for line in lines):
             part_powers(tree)
