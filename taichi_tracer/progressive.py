@@ -5,7 +5,6 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
@@ -17,6 +16,7 @@ from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.renderer_parts import RendererParts
+from taichi_tracer.system import compiling
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
@@ -102,28 +102,16 @@ class ProgressiveRenderer(RendererParts):
 
     def add_sample(self, index: int, count: int = 1) -> None:
         """Take the samples ``index``, ``index`` + 1, … of every pixel, ``count`` in all; fewer where it has a share."""
-        parts = self._prepared_parts()
-        with stage(SAMPLES, waits=True):
-            self._take_samples(parts, self.seed, index, count)
-
-    def _prepared_parts(self) -> SampleParts:
         with stage(LIGHTS):
             scene = self.kernel_scene()
             scene.lights.prepare(self.active.samples_lights)
-        return self.sample_parts(scene, self.active)
-
-    @one_at_a_time
-    def make_ready(self) -> float:
-        """Launch the kernel without samples, unless it was launched before: the seconds in which it is compiled.
-
-        The machine code of a kernel is made at its first launch, also of one that was found in Taichi's folder.
-        """
-        parts, start = self._prepared_parts(), perf_counter()
+        parts = self.sample_parts(scene, self.active)
         if parts != self._ready:
             self._ready = parts
-            with stage(KERNELS_MADE):
+            with stage(KERNELS_MADE), compiling.first_launch():
                 self._take_samples(parts, self.seed, 0, 0)
-        return perf_counter() - start
+        with stage(SAMPLES, waits=True):
+            self._take_samples(parts, self.seed, index, count)
 
     @property
     def passes_at_once(self) -> int:

@@ -90,7 +90,7 @@ class Progress:
         looks: (samples, relative error) of each estimate.
         place: where it is rendered, in words; "" for this process.
         seconds: of rendering and of estimating the error, with those of the pilot, without compilation.
-        compile_seconds: in which kernels were read, translated or loaded, and launched without samples.
+        compile_seconds: in which kernels were read, translated or loaded, and their machine code was made.
     """
 
     target: Target
@@ -264,7 +264,6 @@ def render_until(renderer, target: Target, watch=None) -> None:
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
-        progress.compile_seconds += renderer.make_ready()
         start, on_kernels = perf_counter(), compiling.seconds_spent()
         passes = progress.passes_until_a_look(renderer.passes_at_once)
         first = renderer.first_sample + renderer.film.samples

@@ -57,6 +57,7 @@ class Watcher(Protocol):
 watchers: list[Watcher] = []
 _kernels: list[Kernel] = []
 _by_id: dict[int, Kernel] = {}
+_machine_code: list[float] = []  # seconds in which it was made
 
 
 def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
@@ -92,9 +93,17 @@ def translating(made: Any) -> Iterator[None]:
             watcher.ends()
 
 
+@contextlib.contextmanager
+def first_launch() -> Iterator[None]:
+    """The context of a launch in which a kernel does nothing: LLVM makes its machine code, also where it was kept."""
+    start, before = perf_counter(), seconds_spent()
+    yield
+    _machine_code.append(perf_counter() - start - (seconds_spent() - before))
+
+
 def seconds_spent() -> float:
-    """The seconds in which kernels were read, and translated or loaded, since this process began."""
-    return sum(kernel.reading + kernel.translating for kernel in _kernels)
+    """The seconds in which kernels were read, translated or loaded, and made machine code, in this process."""
+    return sum(kernel.reading + kernel.translating for kernel in _kernels) + sum(_machine_code)
 
 
 def kernels(since: float = -math.inf) -> list[Kernel]:
