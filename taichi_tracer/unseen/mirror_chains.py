@@ -4,6 +4,7 @@ One kernel is compiled for a scene that has lamps or suns, and mirrors or glass:
 Lobes that are so narrow that only samples of the BRDF find what they reflect count as mirrors.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +42,16 @@ class Ends:
     material: np.ndarray
     f_cos: np.ndarray
     f_T: np.ndarray
+
+    @functools.cached_property
+    def begins(self) -> np.ndarray:
+        """(n,) direction · origin."""
+        return np.einsum("nk,nk->n", self.direction, self.origin)
+
+    @functools.cached_property
+    def squares(self) -> np.ndarray:
+        """(n,) origin · origin."""
+        return np.einsum("nk,nk->n", self.origin, self.origin)
 
 
 @dataclass(frozen=True)

@@ -84,14 +84,13 @@ def mirror_pixels(
 def near(ends: Ends, table: Any, lamp: int) -> tuple[np.ndarray, np.ndarray]:
     """Which ends pass near a lamp that they might meet, and the share of them that meets it: A cos θ / (π R²)."""
     centre, size = (table.low[lamp] + table.high[lamp]) / 2, np.linalg.norm(table.high[lamp] - table.low[lamp]) / 2
-    direction, to = ends.direction, centre - ends.origin
-    along = (to * direction).sum(axis=1)
-    beside = np.linalg.norm(to - along[:, None] * direction, axis=1)
+    along = ends.direction @ centre - ends.begins
+    beside = np.sqrt(np.maximum(0, ends.squares - 2 * (ends.origin @ centre) + centre @ centre - along**2))
     radius = np.maximum(NEAR * along, size)
     # What ends before the lamp is hidden from it; the lamp itself, and what it lies on, may be a little nearer.
     ray = np.flatnonzero((along > 0) & (beside < radius) & (ends.distance > along - radius - size))
     is_sphere = table.primitives[lamp] < 0
-    cosine = np.full(len(ray), 0.25) if is_sphere else -(direction[ray] @ table.normals[lamp])
+    cosine = np.full(len(ray), 0.25) if is_sphere else -(ends.direction[ray] @ table.normals[lamp])
     cosine = abs(cosine) if table.two_sided else np.maximum(cosine, 0)
     share = np.minimum(1, table.areas[lamp] * cosine / (math.pi * radius[ray] ** 2))
     return ray[share > 0], share[share > 0]
