@@ -330,47 +330,59 @@ def _decode_pfm(path: Path, raw: bytes) -> np.ndarray:
 def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     extension = path.suffix.lower()
     oiio = _openimageio("16-bit colour .png" if extension == ".png" else extension)
-    file = oiio.ImageInput.open(str(path))
+    settings = oiio.ImageSpec()
+    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
+    file = oiio.ImageInput.open(str(path), settings)
     if file is None:
         raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(oiio.geterror())})")
-    part, channels = _choose_part(file, path)
-    spec, settings = file.spec(), oiio.ImageSpec()
+    names = _choose_part(oiio, file, path)
+    spec = file.spec()
     _check_size(spec.width, spec.height)
     _check_size(spec.full_width, spec.full_height)
-    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
-    image = oiio.ImageBuf(str(path), part, 0, settings)
-    # The display window is black outside the data window, whose overscan is cut off.
-    pixels = image.get_pixels(oiio.FLOAT, image.roi_full)[..., channels]
-    if image.has_error:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(image.geterror().splitlines()[0])})")
-    return _by_hdr_header(pixels, raw) if extension == ".hdr" else pixels
+    pixels = file.read_image("float")
+    if pixels is None:
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(file.geterror())})")
+    pixels = np.asarray(pixels).reshape(spec.height, spec.width, -1)[..., names]
+    return _by_hdr_header(pixels, raw) if extension == ".hdr" else _in_display_window(pixels, spec)
 
 
-def _choose_part(file, path: Path) -> tuple[int, list[int]]:
-    """Seek the first part of a file that has R, G, B, and return its number and those of the three channels.
+def _choose_part(oiio, file, path: Path) -> list[int]:
+    """Seek the first part of a file that has R, G, B, and return the numbers of the three channels.
 
     Without any, it is the first part: its Y, or all its channels. Channels of a layer have its name before a dot.
 
     Warns:
         UserWarning: there are several parts or layers; it names the one that is read.
     """
-    first, layers, found, part = list(file.spec().channelnames), 0, [], 0
+    found, layers, part = None, 0, 0
     while file.seek_subimage(part, 0):
         spec = file.spec()
         names = list(spec.channelnames)
         for layer in dict.fromkeys(name.rpartition(".")[0] for name in names):
             layers += 1
             wanted = [f"{layer}.{c}" if layer else c for c in "RGB"]
-            if set(wanted) <= set(names):
+            if found is None and set(wanted) <= set(names):
                 label = ".".join(dict.fromkeys(one for one in (spec.getattribute("name"), layer) if one))
-                found.append((part, [names.index(c) for c in wanted], label or ", ".join(wanted)))
+                found = part, [names.index(c) for c in wanted], label or ", ".join(wanted)
         part += 1
-    found.append((0, [first.index("Y")] if "Y" in first else list(range(len(first))), "the first"))
-    part, channels, label = found[0]
+    channels: list[int]
+    part, channels, label = found or (0, [], "the first")
     file.seek_subimage(part, 0)
     if layers > 1:
         warnings.warn(f"{path}: of {layers} parts and layers, {label} is read", stacklevel=5)
-    return part, channels
+    names = list(file.spec().channelnames)
+    return channels or ([names.index("Y")] if "Y" in names else list(range(len(names))))
+
+
+def _in_display_window(pixels: np.ndarray, spec: Any) -> np.ndarray:
+    """(h, w, c) the display window of an image: black outside its data window, whose overscan is cut off."""
+    image = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), np.float32)
+    x, y = spec.x - spec.full_x, spec.y - spec.full_y
+    inside = pixels[max(0, -y) :, max(0, -x) :][
+        : max(0, spec.full_height - max(0, y)), : max(0, spec.full_width - max(0, x))
+    ]
+    image[max(0, y) :, max(0, x) :][: inside.shape[0], : inside.shape[1]] = inside
+    return image
 
 
 def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:
@@ -379,13 +391,14 @@ def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:
     The resolution line names the axis from scanline to scanline, and then the one within a scanline: ``-Y 2 +X 4``
     begins at the top left; ``+X 4 +Y 2`` is made of columns and begins at the bottom left.
     """
-    header, rows, columns = HDR_RESOLUTION.split(raw, maxsplit=1)[:3]
+    line = HDR_RESOLUTION.search(raw)
+    header = raw[: line.start()] if line else b""
     exposure = np.prod([float(value) for value in re.findall(rb"^EXPOSURE\s*=\s*(\S+)", header, re.MULTILINE)])
     if not 0 < exposure < np.inf:
         raise InputError(f"EXPOSURE must be a number above 0, not {exposure:g}")
-    if rows.endswith(b"X"):
+    axes = line.groups() if line else (b"-Y", b"+X")
+    if axes[0].endswith(b"X"):
         pixels = pixels.swapaxes(0, 1)
-    axes = rows, columns
     return pixels[:: -1 if b"+Y" in axes else 1, :: -1 if b"-X" in axes else 1] / np.float32(exposure)
 
 
