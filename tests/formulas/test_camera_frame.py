@@ -60,3 +60,9 @@ def test_a_scene_with_z_up_is_seen_as_the_same_scene_with_y_up(rng):
     for name, value in frames.view_of_points(lying, "z").items():
         expected = frames.view_of_points(points)[name]
         np.testing.assert_allclose(value, expected if name == "fov" else expected[[0, 2, 1]] * [1, -1, 1], atol=1e-12)
+
+
+def test_without_points_the_camera_looks_at_the_origin():
+    view = frames.view_of_points(np.zeros((0, 3)))
+    assert view["at"].tolist() == [0, 0, 0]
+    assert np.linalg.norm(view["eye"]) > 0
