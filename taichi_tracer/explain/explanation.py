@@ -183,7 +183,7 @@ class Explanation:
         body = "".join(as_html(step, 0) for step in grouped(self.steps))
         figures = "".join([self.thumbnail, *self.drawings()])
         table = terms_as_html(self.terms) if self.terms else ""
-        return f"<p>{html.escape(self.title)}</p>{figures}{table}<pre>{conclusion}</pre>{body}"
+        return f"<p>{html.escape(self.title)}</p>{figures}{table}<pre style='overflow-x: auto'>{conclusion}</pre>{body}"
 
 
 # ── text ──
@@ -246,12 +246,16 @@ def term_as_data(term: Term) -> dict[str, Any]:
 
 
 def terms_as_html(terms: Sequence[Term]) -> str:
-    """A table with a row for each term."""
+    """A table with a row for each term; the reason of a zero stands below its direction."""
     rows = [
-        {"where": term.where, "direction": term.how, "contributes": short_text(term.value), "why": term.why}
+        {"where": term.where, "direction": html.escape(term.how), "contributes": f"<b>{short_text(term.value)}</b>"}
         | {name: short_text(value) for name, value in (term.numbers | term.factors).items()}
         for term in terms
     ]
-    columns = "where", "direction", "contributes", *NUMBERS, "why"
-    table = page.table(rows, [name for name in columns if any(row.get(name) for row in rows)])
-    return f"<div style='overflow-x: auto; font-size: 0.85em'>{table}</div>"
+    for row, term in zip(rows, terms, strict=True):
+        if term.why:
+            row["direction"] += f"<br><em>{html.escape(term.why)}</em>"
+    columns = [name for name in ("where", "direction", "contributes", *NUMBERS) if any(name in row for row in rows)]
+    style = "<style>.terms td:nth-child(2) { text-align: left; white-space: normal; min-width: 13em }</style>"
+    table = page.cards([{name: row.get(name, "") for name in columns} for row in rows], columns)
+    return f"<div class='terms' style='overflow-x: auto; font-size: 0.85em'>{style}{table}</div>"
