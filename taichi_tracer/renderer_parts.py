@@ -31,8 +31,7 @@ from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
-from taichi_tracer.unseen.technique_check import TechniqueCheck, missed_light
-from taichi_tracer.unseen.unseen_light import RarelyMet
+from taichi_tracer.unseen.unseen_light import UnseenLight
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -135,8 +134,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
-        self.other: TechniqueCheck | None = None
-        self.rarely_met = RarelyMet(self)
+        self.unseen_light = UnseenLight(self)
         self.display = Display()
         self.use(given["integrator"] or self.first or self.offers[0].name)
 
@@ -246,8 +244,8 @@ class RendererParts(KnownAttributes, RenderedPicture):
 
     def _missed_light(self) -> float:
         """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.unseen_light``."""
-        self.film.rare = self.rarely_met.rows()
-        return missed_light(self)
+        self.film.rare = self.unseen_light.rows()
+        return self.unseen_light.missed_by_technique()
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""

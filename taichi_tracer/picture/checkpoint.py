@@ -63,7 +63,7 @@ def save(renderer, path: str | Path) -> None:
         name = renderer.active.name
         raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")
     ranges = [[renderer.first_sample, renderer.first_sample + renderer.film.samples]]
-    renderer.film.rare = renderer.rarely_met.rows()
+    renderer.film.rare = renderer.unseen_light.rows()
     arrays = renderer.film.to_arrays()
     if renderer.shares.are_kept:
         arrays[SHARES] = renderer.shares.to_image()

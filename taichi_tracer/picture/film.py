@@ -73,7 +73,7 @@ class Film:
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
-        rare: rows of light that samples find rarely, see ``rare_light.rows_of``; its renderer finds them.
+        rare: rows of light that samples find rarely, see ``rare_light.of_kinds``; its renderer finds them.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Film:
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
         self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
-        self.rare = rare_light.rows_of([])
+        self.rare = rare_light.of_kinds([])
         self.memory = memory.Memory()
         self._place_fields()
         self.memory.allocate()

@@ -17,14 +17,15 @@ probability P = E / V: see ``rare_light``.
 Nothing of this is compiled unless a scene has lamps, and mirrors or glass, and paths of two bounces or more.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.system import runtime
-from taichi_tracer.unseen.mirror_chains import RAYS, MirrorChains, has_mirrors
-from taichi_tracer.unseen.rare_light import RareLight, none_in
-from taichi_tracer.unseen.small_lamps import area_of_pixel, corners_of, pixels_of, radiance_of, sees
+from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, first_hits, follow, has_mirrors
+from taichi_tracer.unseen.rare_light import NONE, rows_of
+from taichi_tracer.unseen.small_lamps import area_of_pixel, corners_of, pixel_numbers, pixels_of, radiance_of, sees
 
 SEED = 0xCA05  # of these rays: they are the same for every picture of a scene
 BESIDE = 1e-5  # of the size of the scene: so far from its lamp does a ray start
@@ -67,30 +68,30 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def caustics(chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int) -> RareLight:
-    """The caustics that a view shows.
+def caustics(scene: Any, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int) -> np.ndarray:
+    """Rows of the caustics that a view shows.
 
     Args:
+        scene: the ``SceneInKernels`` of ``scene_data``.
         crop: (x0, x1, y0, y1), the pixels of the picture. max_bounces: of its paths.
     """
-    x0, x1, y0, y1 = crop
-    pixels, rng = (x1 - x0) * (y1 - y0), np.random.default_rng(SEED)
+    rng = np.random.default_rng(SEED)
     lamp, origins, directions, power = rays_from(scene_data, rng)
-    ends = chains.follow(origins, directions, camera, max_bounces - 1, rng)
+    ends = follow(scene, origins, directions, camera, max_bounces - 1, rng)
     lit = np.flatnonzero(ends.f_T > 0)
     if lit.size == 0:
-        return none_in(pixels)
+        return NONE
     points = ends.origin[lit] + ends.distance[lit, None] * ends.direction[lit]
     with np.errstate(all="ignore"):
         place, covered = pixels_of(camera, points), area_of_pixel(camera, points)
-        at = np.floor(place + 0.5)
-    shown = np.flatnonzero(((at >= (x0, y0)) & (at < (x1, y1))).all(axis=1) & (covered > 0))
-    shown = shown[sees(chains.intersect, camera, place[shown], points[shown])]
-    end, at, of = lit[shown], at[shown], lamp[ends.ray[lit[shown]]]
+        number, is_inside = pixel_numbers(place, crop)
+    shown = np.flatnonzero(is_inside & (covered > 0))
+    shown = shown[sees(functools.partial(first_hits, scene), camera, place[shown], points[shown])]
+    end, of = lit[shown], lamp[ends.ray[lit[shown]]]
     light = power * ends.T[end] * ends.f_cos[end] / covered[shown]
     chance = light / (np.pi * ends.f_T[end] * radiance_of(scene_data)[of])
-    number = (at[:, 0] - x0 + (x1 - x0) * (at[:, 1] - y0)).astype(np.int64)
     # What comes from a large lamp is found soon, and says nothing of a small one: each lamp counts by itself.
     lamps = len(scene_data.lamps.table)
-    pairs, row = np.unique(number * lamps + of, return_inverse=True)
-    return RareLight(pairs // lamps, np.bincount(row, chance, len(pairs)), np.bincount(row, light, len(pairs)), pixels)
+    pairs, row = np.unique(number[shown] * lamps + of, return_inverse=True)
+    chances, lights = (np.bincount(row, of_pairs, len(pairs)) for of_pairs in (chance, light))
+    return rows_of(pairs // lamps, chances, OF_FEW_RAYS * lights)

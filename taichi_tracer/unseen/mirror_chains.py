@@ -12,13 +12,14 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.ray import Ray
+from taichi_tracer.ray import RayHits, ray_from, write_hit
 from taichi_tracer.system import runtime
 from taichi_tracer.unseen.narrow_lobes import LIKE_MIRROR_FROM, is_like_mirror
 
 RAYS = 1 << 16  # that are followed for each question
 MOST_MIRRORS = 8  # on the way of a ray
-NUMBERS, FIRST = 12, 3  # of what a ray has found, and of what it met first: see ``MirrorChains._follow``
+OF_FEW_RAYS = 1.2  # times light of which only these rays are known
+NUMBERS = 11  # of what a ray has found: see ``_follow``
 NO_EYE = 0.0, 0.0, 1.0, 0.0
 
 
@@ -54,17 +55,6 @@ class Ends:
         return np.einsum("nk,nk->n", self.origin, self.origin)
 
 
-@dataclass(frozen=True)
-class FirstHits:
-    """What rays meet first: (n,) arrays, as ``SceneData.intersect`` has them."""
-
-    is_hit: np.ndarray
-    distance: np.ndarray
-    triangle_id: np.ndarray
-    material_id: np.ndarray
-    is_backfacing: np.ndarray
-
-
 def has_mirrors(scene: Any) -> bool:
     """Whether a scene, a ``SceneInKernels``, has mirrors, glass, or lobes that are as narrow."""
     library = scene.material_library
@@ -73,91 +63,83 @@ def has_mirrors(scene: Any) -> bool:
     return any(library.materials[int(i)].Ns >= LIKE_MIRROR_FROM for i in scene.geometry.mesh.used_materials())
 
 
-@ti.data_oriented
-class MirrorChains:
-    """The chains of mirrors and glasses in a scene.
+def follow(scene: Any, origins: np.ndarray, directions: np.ndarray, camera: Any, most: int, rng: Any) -> Ends:
+    """Where rays end.
 
     Args:
         scene: a ``SceneInKernels``.
+        origins, directions: (n, 3), in the running precision. camera: its eye looks at where they end.
+        most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
     """
+    random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
+    to_world = camera.matrix()
+    eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
+    found, _ = _found(scene, origins, directions, random, min(most, MOST_MIRRORS), eye)
+    ray = np.flatnonzero(found[:, 7] > 0)
+    end = found[ray].astype(np.float64)
+    return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:11].T)
 
-    def __init__(self, scene: Any) -> None:
-        self.scene = scene
 
-    def follow(self, origins: np.ndarray, directions: np.ndarray, camera: Any, most: int, rng: Any) -> Ends:
-        """Where rays end.
+def first_hits(scene: Any, origins: np.ndarray, directions: np.ndarray) -> RayHits:
+    """What rays meet first, (n, 3) each, as from ``SceneData.intersect``, by the kernel of ``follow``."""
+    return _found(scene, origins, directions, np.zeros((1, 1, 2), np.float32), 0, NO_EYE)[1]
 
-        Args:
-            origins, directions: (n, 3), in the running precision. camera: its eye looks at where they end.
-            most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
-        """
-        random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
-        to_world = camera.matrix()
-        eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
-        found, _ = self._found(origins, directions, random, min(most, MOST_MIRRORS), eye)
-        ray = np.flatnonzero(found[:, 7] > 0)
-        end = found[ray].astype(np.float64)
-        return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:11].T)
 
-    def intersect(self, origins: np.ndarray, directions: np.ndarray) -> FirstHits:
-        """What rays meet first, (n, 3) each."""
-        found, first = self._found(origins, directions, np.zeros((1, 1, 2), np.float32), 0, NO_EYE)
-        return FirstHits(first[:, 0] >= 0, found[:, 11], first[:, 0], first[:, 1], first[:, 2] > 0)
+def _found(
+    scene: Any, origins: np.ndarray, directions: np.ndarray, random: np.ndarray, most: int, eye: Any
+) -> tuple[np.ndarray, RayHits]:
+    dtype, count = runtime.dtype(), len(origins)
+    found, (hits, reals, whole) = np.empty((count, NUMBERS), dtype), RayHits.of_memory(count, dtype)
+    rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
+    _follow(scene, *rays, random, found, reals, whole, most, np.array(eye, dtype))
+    hits.is_hit, hits.is_backfacing = hits.is_hit.astype(bool), hits.is_backfacing.astype(bool)
+    return found, hits
 
-    def _found(self, origins: np.ndarray, directions: np.ndarray, random: np.ndarray, most: int, eye: Any) -> Any:
-        dtype, count = runtime.dtype(), len(origins)
-        found, first = np.empty((count, NUMBERS), dtype), np.empty((count, FIRST), np.int32)
-        rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
-        self._follow(*rays, random, found, first, most, np.array(eye, dtype))
-        return found, first
 
-    @ti.kernel
-    def _follow(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        random: ti.types.ndarray(ndim=3),
-        found: ti.types.ndarray(ndim=2),
-        first: ti.types.ndarray(ndim=2),
-        most: ti.i32,
-        eye: ti.types.ndarray(ndim=1),
-    ):
-        """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``; the first distance.
+@ti.kernel
+def _follow(
+    scene: ti.template(),
+    origins: ti.types.ndarray(ndim=2),
+    directions: ti.types.ndarray(ndim=2),
+    random: ti.types.ndarray(ndim=3),
+    found: ti.types.ndarray(ndim=2),
+    reals: ti.types.ndarray(ndim=1),
+    whole: ti.types.ndarray(ndim=1),
+    most: ti.i32,
+    eye: ti.types.ndarray(ndim=1),
+):
+    """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``.
 
-        T is 0 if no mirror was met. ``first``: the number of what is met first, or −1; its material; 1 for a back side.
-        ``eye``: where it is, and 1; or the direction to it, and 0.
-        """
-        for i in range(origins.shape[0]):
-            ray = Ray(
-                origin=tm.vec3(origins[i, 0], origins[i, 1], origins[i, 2]),
-                direction=tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]),
-            )
-            hit = self.scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
-            T, mirrors, is_going = tm.vec3(1), 0, hit.is_hit
-            for k in ti.static(range(NUMBERS)):
-                found[i, k] = 0.0  # a GPU gets no zeros of an array that the kernel only writes to
-            found[i, 8], found[i, 11] = hit.material_id, hit.distance
-            first[i, 0], first[i, 1] = ti.select(hit.is_hit, hit.triangle_id, -1), hit.material_id
-            first[i, 2] = ti.cast(hit.is_backfacing, ti.i32)
-            while is_going:
-                surface = self.scene.surface_at(ray, hit)
-                is_mirror = surface.is_delta() or is_like_mirror(surface.material)
-                is_going = is_mirror and mirrors < most
-                if is_going:
-                    w_i = surface.sample(tm.vec2(random[i, mirrors, 0], random[i, mirrors, 1]))
-                    T *= surface.weight(w_i)
-                    mirrors += 1
-                    ray = surface.ray_along(w_i)
-                    hit = self.scene.met(surface, ray)
-                    is_going = hit.is_hit and T.max() > 0
-                elif mirrors > 0 and not is_mirror:
-                    to_eye = tm.normalize(tm.vec3(eye[0], eye[1], eye[2]) - eye[3] * hit.position)
-                    f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)
-                    if cosine > 0:
-                        found[i, 9] = tm.sqrt(tm.dot(f, f) / 3) * cosine
-                        found[i, 10] = tm.sqrt(tm.dot(f * T, f * T) / 3)
-            if mirrors > 0:
-                for k in ti.static(range(3)):
-                    found[i, k], found[i, 3 + k] = ray.origin[k], ray.direction[k]
-                found[i, 6] = ti.select(hit.is_hit, hit.distance, tm.inf)
-                found[i, 7] = tm.sqrt(tm.dot(T, T) / 3)
+    T is 0 if no mirror was met. ``reals``, ``whole``: what is met first, see ``ray.write_hit``. ``eye``: where it is,
+    and 1; or the direction to it, and 0.
+    """
+    for i in range(origins.shape[0]):
+        ray = ray_from(origins, directions, i)
+        hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
+        T, mirrors, is_going = tm.vec3(1), 0, hit.is_hit
+        for k in ti.static(range(NUMBERS)):
+            found[i, k] = 0.0  # a GPU gets no zeros of an array that the kernel only writes to
+        found[i, 8] = hit.material_id
+        write_hit(hit, i, origins.shape[0], reals, whole)
+        while is_going:
+            surface = scene.surface_at(ray, hit)
+            is_mirror = surface.is_delta() or is_like_mirror(surface.material)
+            is_going = is_mirror and mirrors < most
+            if is_going:
+                w_i = surface.sample(tm.vec2(random[i, mirrors, 0], random[i, mirrors, 1]))
+                T *= surface.weight(w_i)
+                mirrors += 1
+                ray = surface.ray_along(w_i)
+                hit = scene.met(surface, ray)
+                is_going = hit.is_hit and T.max() > 0
+            elif mirrors > 0 and not is_mirror:
+                to_eye = tm.normalize(tm.vec3(eye[0], eye[1], eye[2]) - eye[3] * hit.position)
+                f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)
+                if cosine > 0:
+                    found[i, 9] = tm.sqrt(tm.dot(f, f) / 3) * cosine
+                    found[i, 10] = tm.sqrt(tm.dot(f * T, f * T) / 3)
+        if mirrors > 0:
+            for k in ti.static(range(3)):
+                found[i, k], found[i, 3 + k] = ray.origin[k], ray.direction[k]
+            found[i, 6] = ti.select(hit.is_hit, hit.distance, tm.inf)
+            found[i, 7] = tm.sqrt(tm.dot(T, T) / 3)

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.unseen.mirror_chains import RAYS, Ends, MirrorChains
+from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, Ends, first_hits, follow
 from taichi_tracer.unseen.narrow_lobes import LIKE_MIRROR_FROM
-from taichi_tracer.unseen.rare_light import RareLight, none_in
+from taichi_tracer.unseen.rare_light import NONE, rows_of
 from taichi_tracer.unseen.small_lamps import radiance_of
 from taichi_tracer.unseen.small_suns import Sun
 
@@ -31,21 +31,22 @@ MOST_PIXELS = 1 << 18  # that are asked for mirrors
 
 
 def mirrored_lamps(
-    chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int, suns: list[Sun]
-) -> RareLight:
-    """The images of lamps and suns that a view shows in mirrors and glass.
+    scene: Any, scene_data: Any, camera: Any, crop: tuple[int, ...], max_bounces: int, suns: list[Sun]
+) -> np.ndarray:
+    """Rows of the images of lamps and suns that a view shows in mirrors and glass.
 
     Args:
+        scene: the ``SceneInKernels`` of ``scene_data``.
         crop: (x0, x1, y0, y1), the pixels of the picture. max_bounces: of its paths; 1 for direct light.
     """
     x0, x1, y0, y1 = crop
-    pixels, rng = (x1 - x0) * (y1 - y0), np.random.default_rng(SEED)
-    places, stands_for = mirror_pixels(chains, scene_data, camera, crop, rng)
+    rng = np.random.default_rng(SEED)
+    places, stands_for = mirror_pixels(scene, scene_data, camera, crop, rng)
     if len(places) == 0:
-        return none_in(pixels)
+        return NONE
     chosen = places[rng.integers(0, len(places), RAYS)]
     at = chosen + rng.random((RAYS, 2)) - 0.5
-    ends = chains.follow(*camera.rays(at[:, 0], at[:, 1]), camera, max_bounces, rng)
+    ends = follow(scene, *camera.rays(at[:, 0], at[:, 1]), camera, max_bounces, rng)
     number = (chosen[ends.ray] - (x0, y0)) @ (1, x1 - x0)
     rows = []
     table, radiance = scene_data.lamps.table, radiance_of(scene_data)
@@ -60,11 +61,11 @@ def mirrored_lamps(
             rows.append((most, chance[own].sum(), (chance[own] * ends.T[end][own]).sum() * L))
     found = np.array(rows, np.float64).reshape(-1, 3)
     found = found[(found[:, 1] < 1) & (found[:, 1] > 0)]
-    return RareLight(found[:, 0].astype(np.int64), found[:, 1], found[:, 2], pixels)
+    return rows_of(found[:, 0], found[:, 1], OF_FEW_RAYS * found[:, 2])
 
 
 def mirror_pixels(
-    chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any
+    scene: Any, scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any
 ) -> tuple[np.ndarray, float]:
     """(n, 2) pixels whose middle shows a mirror or glass, and how many pixels these represent."""
     x0, x1, y0, y1 = crop
@@ -73,9 +74,9 @@ def mirror_pixels(
     count = len(places)
     if count > MOST_PIXELS:
         places = places[rng.choice(count, MOST_PIXELS, replace=False)]
-    hits = chains.intersect(*camera.rays(places[:, 0], places[:, 1]))
+    hits = first_hits(scene, *camera.rays(places[:, 0], places[:, 1]))
     library = scene_data.material_library
-    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[chains.scene.microfacets]])
+    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[scene.microfacets]])
     is_mirror = is_delta | np.array([one.Ns >= LIKE_MIRROR_FROM for one in library.materials])
     found = places[hits.is_hit & is_mirror[np.clip(hits.material_id, 0, len(is_mirror) - 1)]]
     return found, len(found) * count / len(places)

@@ -21,40 +21,26 @@ KNOWN = 10  # samples that met some light: from so many, their spread shows the 
 COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and the weight of a row
 
 
-class RareLight:
-    """Some light of a picture that samples find rarely.
+def rows_of(pixel: np.ndarray, chance: np.ndarray, light: np.ndarray, each: float = 1.0) -> np.ndarray:
+    """(n, 4) rows of one kind of light that samples find rarely.
 
-    Attributes:
+    Args:
         pixel: (n,) the number of a pixel. chance: (n,) P, with which a sample of the pixel finds the light. light: (n,)
-            E, the root mean square of the channels. pixels: N. each: which part of one find each row represents.
+            E, the root mean square of the channels. each: which part of one find each row represents.
     """
-
-    def __init__(
-        self, pixel: np.ndarray, chance: np.ndarray, light: np.ndarray, pixels: int, each: float = 1.0
-    ) -> None:
-        self.pixel, self.chance, self.light, self.pixels, self.each = pixel, chance, light, pixels, each
-
-    def missed(self, samples: float) -> float:
-        """u in the unit of the picture, for a picture with so many samples per pixel."""
-        return missed(rows_of([(1.0, self)]), samples, self.pixels)
+    return np.stack([pixel, chance, light, np.full(len(pixel), each)], axis=1)
 
 
-def none_in(pixels: int) -> RareLight:
-    """No such light in a picture with so many pixels."""
-    return RareLight(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), pixels)
+NONE = np.zeros((0, COLUMNS - 1))  # no such light
 
 
-def rows_of(found: Sequence[tuple[float, RareLight]]) -> np.ndarray:
-    """(n, COLUMNS) several kinds of light in one array, each kind multiplied by a factor."""
-    kinds = [np.zeros((0, COLUMNS))]
-    for k, (factor, one) in enumerate(found):
-        same = np.ones(len(one.pixel))
-        kinds.append(np.stack([k * same, one.pixel, one.chance, factor * one.light, one.each * same], axis=1))
-    return np.concatenate(kinds)
+def of_kinds(found: Sequence[np.ndarray]) -> np.ndarray:
+    """(n, COLUMNS) the rows of several kinds of light in one array."""
+    return np.concatenate([np.zeros((0, COLUMNS)), *(np.insert(one, 0, k, axis=1) for k, one in enumerate(found))])
 
 
 def missed(rows: np.ndarray, samples: float, pixels: int, shares: np.ndarray | None = None) -> float:
-    """u of several kinds of light, each of which is counted by itself; see ``rows_of``.
+    """u of several kinds of light, each of which is counted by itself; see ``of_kinds``.
 
     Args:
         samples: per pixel. shares: (pixels,) how many of them each pixel took; None is all.

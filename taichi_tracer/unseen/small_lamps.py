@@ -16,40 +16,37 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.lights.choice import LampTable
-from taichi_tracer.unseen.rare_light import RareLight, none_in
+from taichi_tracer.unseen.rare_light import NONE, rows_of
 
 POINTS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])  # of a triangle
 Intersect = Callable[[np.ndarray, np.ndarray], Any]  # origins and directions, (n, 3) each, to what they meet first
 OFF = 1e-3  # of the distance: a ray that passes a lamp's point by more does not lead to it
 
 
-def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...], intersect: Intersect) -> RareLight:
-    """The lamps that a view shows directly, and that are smaller than a pixel.
+def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...], intersect: Intersect) -> np.ndarray:
+    """Rows of the lamps that a view shows directly, and that are smaller than a pixel.
 
     Args:
         intersect: finds what rays meet first, as ``SceneData.intersect`` does.
         crop: (x0, x1, y0, y1), the pixels of the picture.
     """
-    x0, x1, y0, y1 = crop
-    pixels, mesh, table = (x1 - x0) * (y1 - y0), scene_data.geometry.mesh, scene_data.lamps.table
-    corners = corners_of(mesh, table, camera)
+    table = scene_data.lamps.table
+    corners = corners_of(scene_data.geometry.mesh, table, camera)
     with np.errstate(all="ignore"):
         image = pixels_of(camera, corners)
         a, b = image[:, 1] - image[:, 0], image[:, 2] - image[:, 0]
         area = abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * np.where(table.primitives >= 0, 0.5, math.pi)
-        at = np.floor(POINTS @ image + 0.5)  # (L, 4, 2): the pixels of some points
-        is_inside = ((at >= (x0, y0)) & (at < (x1, y1))).all(axis=2)
+        number, is_inside = pixel_numbers(POINTS @ image, crop)  # (L, 4): the pixels of some points
     lamp = np.flatnonzero((area > 0) & (area < 1) & is_inside.any(axis=1))
     if lamp.size == 0:
-        return none_in(pixels)
+        return NONE
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
     is_seen = meets(intersect, camera, places, to, table, np.repeat(lamp, len(POINTS))).reshape(-1, len(POINTS))
     of_points = is_seen * area[lamp, None] / len(POINTS)
     chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
     light = of_points * radiance_of(scene_data)[lamp, None]
-    number = (at[lamp, :, 0] - x0) + (x1 - x0) * (at[lamp, :, 1] - y0)
     shown = is_inside[lamp] & is_seen
-    return RareLight(number[shown].astype(np.int64), chance[shown], light[shown], pixels, 1 / len(POINTS))
+    return rows_of(number[lamp][shown], chance[shown], light[shown], 1 / len(POINTS))
 
 
 def corners_of(mesh: Any, table: LampTable, camera: Any) -> np.ndarray:
@@ -71,6 +68,14 @@ def pixels_of(camera: Any, points: np.ndarray) -> np.ndarray:
     depth = np.ones_like(local[..., 2:]) if camera.is_parallel else np.where(local[..., 2:] > 0, local[..., 2:], np.nan)
     ndc = (local[..., :2] / depth - camera.compute_centre()) / np.asarray(camera.compute_half_size())
     return (ndc + 1) / 2 * (int(camera.width), int(camera.height)) - 0.5
+
+
+def pixel_numbers(places: np.ndarray, crop: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """(...,) the number in the crop of the pixel of each place (..., 2), the lowest row first; whether it has one."""
+    x0, x1, y0, y1 = crop
+    at = np.floor(places + 0.5)
+    is_inside = ((at >= (x0, y0)) & (at < (x1, y1))).all(axis=-1)
+    return (at[..., 0] - x0) + (x1 - x0) * (at[..., 1] - y0), is_inside
 
 
 def look(

@@ -15,8 +15,8 @@ import numpy as np
 
 from taichi_tracer.environment import Environment
 from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.unseen.rare_light import RareLight, none_in
-from taichi_tracer.unseen.small_lamps import Intersect, area_of_pixel, look, pixels_of
+from taichi_tracer.unseen.rare_light import NONE, rows_of
+from taichi_tracer.unseen.small_lamps import Intersect, area_of_pixel, look, pixel_numbers, pixels_of
 
 NEAR = np.radians(10.0)  # wide enough that some rays are near, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
@@ -99,16 +99,14 @@ def suns_of(scene: Any) -> list[Sun]:
     return [Sun(light, *level) for level in levels_of(light.environment)]
 
 
-def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: Intersect) -> RareLight:
-    """The texels of suns that a view shows directly, and that are smaller than a pixel.
+def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: Intersect) -> np.ndarray:
+    """Rows of the texels of suns that a view shows directly, and that are smaller than a pixel.
 
     Args:
         intersect, crop: as for ``small_lamps``.
     """
-    x0, x1, y0, y1 = crop
-    pixels = (x1 - x0) * (y1 - y0)
     if camera.is_parallel or not suns:
-        return none_in(pixels)
+        return NONE
     directions, solid_angles, radiance = (
         np.concatenate([getattr(sun, name) for sun in suns]) for name in ("directions", "solid_angles", "radiance")
     )
@@ -116,11 +114,10 @@ def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: I
     with np.errstate(all="ignore"):
         places = pixels_of(camera, points)
         chance = solid_angles / area_of_pixel(camera, points)
-        at = np.floor(places + 0.5)
-    shown = np.flatnonzero(((at >= (x0, y0)) & (at < (x1, y1))).all(axis=1) & (chance < 1))
+        number, is_inside = pixel_numbers(places, crop)
+    shown = np.flatnonzero(is_inside & (chance < 1))
     if shown.size == 0:
-        return none_in(pixels)
+        return NONE
     hits, leads, _ = look(intersect, camera, places[shown], points[shown])
     shown = shown[leads & ~hits.is_hit]
-    number = (at[shown, 0] - x0 + (x1 - x0) * (at[shown, 1] - y0)).astype(np.int64)
-    return RareLight(number, chance[shown], chance[shown] * radiance[shown], pixels)
+    return rows_of(number[shown], chance[shown], chance[shown] * radiance[shown])

@@ -24,20 +24,14 @@ Monte Carlo rendering", SIGGRAPH 1995.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.observed import observed
 from taichi_tracer.system.parts.overrides import unfinished
-from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
 from taichi_tracer.unseen.small_suns import Sun
@@ -73,143 +67,93 @@ def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[s
     return tuple(found)
 
 
-@ti.data_oriented
-class OtherSample(Integrator):
-    """One sample of the other technique at what an eye ray hits.
+def look(renderer: Any, techniques: tuple[str, ...]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """What other techniques find in a renderer's picture: (E, meetings) of each, see ``meetings``.
+
+    Pixels stand for tiles of the picture, so that at most ``MOST_TILES`` are looked at along each side.
+    """
+    scene, integrator, (x0, x1, y0, y1) = renderer.kernel_scene(), renderer.active, renderer.film.crop
+    step = math.ceil(max(x1 - x0, y1 - y0) / MOST_TILES)
+    rows, columns = (-(-n // step) for n in (y1 - y0, x1 - x0))
+    found = []
+    for technique in techniques:
+        scene.lights.prepare()
+        from_brdf = technique == "brdf"
+        has_density = integrator.samples_lights if from_brdf else integrator.samples_brdf
+        parts, samples = (scene, renderer.eye_rays, renderer.sampler), np.empty((SAMPLES, rows, columns, 2), np.float32)
+        _sample_tiles(*parts, from_brdf, has_density, (renderer.seed ^ SEED) % 2**32, x0, y0, step, samples)
+        light, chance = np.moveaxis(samples, -1, 0)
+        found.append((light, meetings(light, chance, (x1 - x0) * (y1 - y0))))
+    return found
+
+
+@ti.kernel
+def _sample_tiles(
+    scene: ti.template(),
+    eye_rays: ti.template(),
+    sampler: ti.template(),
+    from_brdf: ti.template(),
+    has_density: ti.template(),
+    seed: ti.u32,
+    x0: ti.i32,
+    y0: ti.i32,
+    step: ti.i32,
+    found: ti.types.ndarray(ndim=4),
+):
+    """(E, P) of samples of the other technique at what eye rays hit; 0 where it finds no light.
 
     Args:
-        technique: "brdf" or "lights". integrator: the estimator that does not use it.
+        from_brdf: whether the other technique draws directions from the BRDF. has_density: whether the estimator draws
+            its own with the density of its technique, and not uniform on the sphere.
+        step: the side of a tile in pixels. found: (SAMPLES, rows, columns, 2).
     """
-
-    def __init__(self, technique: str, integrator: Integrator) -> None:
-        self.from_brdf = technique == "brdf"
-        self.knows_lights, self.knows_brdf = integrator.samples_lights, integrator.samples_brdf
-
-    @ti.func
-    def radiance(self, scene, ray, hit, rng):
-        """(E, P, 0), with E as the root of the mean square of its channels; 0 if it finds no light."""
-        found = tm.vec3(0)
+    for k, row, column in ti.ndrange(found.shape[0], found.shape[1], found.shape[2]):
+        x, y = x0 + column * step, y0 + row * step
+        rng = sampler.start(seed, x, y, ti.cast(k, ti.u32))
+        ray, hit = eye_rays.hit_of(x, y, rng)
+        light, chance = 0.0, 0.0
         if hit.is_hit:
             surface = scene.surface_at(ray, hit)
             if not surface.is_delta():
-                value, p, q = self.sample(scene, surface, rng)
+                value, p, q = other_sample(scene, surface, rng, from_brdf, has_density)
                 if q > 0 and abs(value).sum() < tm.inf:
-                    found = tm.vec3(tm.sqrt(tm.dot(value, value) / 3), p / q, 0)
-        return found
-
-    @ti.func
-    def sample(self, scene, surface, rng):
-        """(E, p, q)."""
-        value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
-        if ti.static(self.from_brdf):
-            w_i = surface.sample(rng.next_2d())
-            light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
-            value, q = surface.weight(w_i) * light, surface.pdf(w_i)
-            if ti.static(self.knows_lights):
-                p = pdf
-        else:
-            f_cos, light, q, pdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
-            value = f_cos * light / q
-            if ti.static(self.knows_brdf):
-                p = pdf
-        return value, p, q
+                    light, chance = tm.sqrt(tm.dot(value, value) / 3), p / q
+        found[k, row, column, 0], found[k, row, column, 1] = ti.cast(light, ti.f32), ti.cast(chance, ti.f32)
 
 
-@ti.data_oriented
-class TechniqueCheck:
-    """What the other technique finds in a picture.
+@ti.func
+def other_sample(scene: ti.template(), surface, rng, from_brdf: ti.template(), has_density: ti.template()):
+    """(E, p, q) of one sample at a surface."""
+    value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
+    if ti.static(from_brdf):
+        w_i = surface.sample(rng.next_2d())
+        light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+        value, q = surface.weight(w_i) * light, surface.pdf(w_i)
+        if ti.static(has_density):
+            p = pdf
+    else:
+        f_cos, light, q, pdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+        value = f_cos * light / q
+        if ti.static(has_density):
+            p = pdf
+    return value, p, q
+
+
+def meetings(light: np.ndarray, chance: np.ndarray, pixels: int) -> np.ndarray:
+    """How many samples of the picture meet light that is as rare as that of each sample, for one sample per pixel.
 
     Args:
-        parts: what samples of the picture are made of, a ``picture.sample_parts.SampleParts``.
-        crop: (x0, x1, y0, y1), the pixels of the picture.
-        techniques: of ``other_techniques``.
+        light, chance: E and P, both (SAMPLES, rows, columns). pixels: of the picture.
     """
-
-    def __init__(self, parts: Any, crop: tuple[int, ...], techniques: tuple[str, ...]) -> None:
-        self.is_of, self.scene = (parts.scene, parts.integrator, crop, techniques), parts.scene
-        x0, x1, self.x0, self.y0 = crop[0], crop[1], varying(crop[0]), varying(crop[2])
-        size = x1 - x0, crop[3] - crop[2]
-        self.step = varying(math.ceil(max(size) / MOST_TILES))
-        self.columns, self.rows = (-(-n // self.step) for n in size)
-        self.pixels = size[0] * size[1]
-        self._memory = memory.Memory()
-        self.samples = ti.Vector.field(2, ti.f32)  # (E, P) of each sample
-        self._memory.fields.dense(ti.ijk, (SAMPLES, self.rows, self.columns)).place(self.samples)
-        self._memory.allocate()
-        self.parts = [self.observed(parts, technique) for technique in techniques]
-        self.seen: object = None  # the state of the picture at which it was looked
-        self.found: list[tuple[np.ndarray, np.ndarray]] = []
-
-    def observed(self, parts: Any, technique: str) -> Any:
-        """The parts of the samples of a technique: one of each tile of the picture, which are kept here."""
-        sampler = observed(parts.sampler, {"start": starting}, self)
-        eyes = observed(parts.eye_rays, {"hit_of": looking}, self)
-        integrator = OtherSample(technique, parts.integrator)
-        tiles = SomePixels(self.keep)
-        tiles.choose((0, self.columns), (0, self.rows))
-        return type(parts)(parts.scene, integrator, eyes, sampler, shares=tiles, film=tiles)
-
-    @ti.func
-    def pixel(self, x, y):
-        """The pixel of the picture that represents a tile."""
-        return self.x0 + x * self.step, self.y0 + y * self.step
-
-    @ti.func
-    def keep(self, x, y, value, k):
-        """Keep sample k of a tile."""
-        self.samples[ti.cast(k, ti.i32), y, x] = ti.cast(value.xy, ti.f32)
-
-    def look(self, renderer: Any, state: object) -> None:
-        """Take the samples of the present state of a renderer's picture, unless they were taken already."""
-        if state == self.seen:
-            return
-        self.scene.lights.prepare()
-        self.found = []
-        for parts in self.parts:
-            for k in range(SAMPLES):
-                renderer._take_samples(parts, (renderer.seed ^ SEED) % 2**32, k, 1)
-            light, chance = np.moveaxis(self._memory.read(self.samples), -1, 0)
-            self.found.append((light, self.meetings(light, chance)))
-        self.seen = state
-
-    def meetings(self, light: np.ndarray, chance: np.ndarray) -> np.ndarray:
-        """How many samples of the picture meet light that is as rare as that of each sample, for one sample per pixel.
-
-        Args:
-            light: E. chance: P; both (SAMPLES, rows, columns).
-        """
-        is_lit = light > 0
-        rare_first = np.sort(chance[is_lit].astype(np.float64))
-        each = self.pixels / (self.rows * self.columns * SAMPLES)
-        return np.where(is_lit, expected(rare_first, ABOUT_AS_RARE * chance, each), np.inf)
-
-    def missed(self, samples: float) -> float:
-        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel."""
-        squares = 0.0
-        for light, meetings in self.found:
-            is_missed = samples * meetings < KNOWN
-            squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
-        return SAFETY * math.sqrt(squares)
+    is_lit = light > 0
+    rare_first = np.sort(chance[is_lit].astype(np.float64))
+    return np.where(is_lit, expected(rare_first, ABOUT_AS_RARE * chance, pixels / light.size), np.inf)
 
 
-def starting(other: TechniqueCheck, sampler: Any, start: Callable, seed: Any, x: Any, y: Any, k: Any) -> Any:
-    """The numbers of the pixel that represents a tile."""
-    return start(seed, *other.pixel(x, y), k)
-
-
-def looking(other: TechniqueCheck, eye_rays: Any, hit_of: Callable, x: Any, y: Any, rng: Any) -> Any:
-    """The eye ray of the pixel that represents a tile."""
-    return hit_of(*other.pixel(x, y), rng)
-
-
-def missed_light(renderer: Any) -> float:
-    """What the other technique finds in a renderer's picture, and its own does not; 0 if nothing can be missed."""
-    scene, crop, integrator = renderer.kernel_scene(), renderer.film.crop, renderer.active
-    pixels = (crop[1] - crop[0]) * (crop[3] - crop[2])
-    techniques = () if renderer.replaced else other_techniques(scene, integrator, pixels, renderer.rarely_met.suns())
-    if not techniques or renderer.samples == 0:
-        return 0.0
-    if renderer.other is None or renderer.other.is_of != (scene, integrator, crop, techniques):
-        renderer.other = TechniqueCheck(renderer.plain_sample_parts(scene, integrator), crop, techniques)
-    renderer.other.look(renderer, (renderer._shown, renderer.seed))
-    return renderer.other.missed(renderer.samples)
+def missed(found: list[tuple[np.ndarray, np.ndarray]], samples: float) -> float:
+    """SAFETY · u in the unit of the picture, for what ``look`` found, and a picture with so many samples per pixel."""
+    squares = 0.0
+    for light, meetings_of in found:
+        is_missed = samples * meetings_of < KNOWN
+        squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
+    return SAFETY * math.sqrt(squares)

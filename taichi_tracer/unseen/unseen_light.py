@@ -6,22 +6,22 @@ sample of pixel i finds it with the probability P, and it adds E to the pixel on
 these numbers is added to the upper end of the error.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.unseen.caustics import caustics, has_caustics
-from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors
+from taichi_tracer.unseen.mirror_chains import first_hits, has_mirrors
 from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
-from taichi_tracer.unseen.rare_light import RareLight, rows_of
+from taichi_tracer.unseen.rare_light import of_kinds
 from taichi_tracer.unseen.small_lamps import small_lamps
 from taichi_tracer.unseen.small_suns import Sun, small_suns, suns_of
+from taichi_tracer.unseen.technique_check import look, missed, other_techniques
 
-OF_FEW_RAYS = 1.2  # times light of which only some thousand rays are known
 
-
-class RarelyMet:
-    """The rare light of a renderer's picture, which is found once for each view.
+class UnseenLight:
+    """The light that samples of a renderer's picture find rarely or never, which is found once for each view.
 
     Args:
         renderer: a ``ProgressiveRenderer``.
@@ -29,48 +29,44 @@ class RarelyMet:
 
     def __init__(self, renderer: Any) -> None:
         self.renderer = renderer
-        self._of: Any = None  # the state of the picture for which it was found
-        self._found: list[tuple[float, RareLight]] = []
-        self._chains: MirrorChains | None = None
-        self._suns_of: tuple = ()  # the scene and the state of the environment whose suns they are
+        self._of: Any = None  # the state of the picture for which the following were found
         self._suns: list[Sun] = []
-
-    def suns(self) -> list[Sun]:
-        """The suns of the scene."""
-        scene, environment = self.renderer.kernel_scene(), self.renderer.scene_data.environment
-        state = scene, environment and environment.version
-        if self._suns_of != state:
-            self._suns_of, self._suns = state, suns_of(scene)
-        return self._suns
+        self._rows = of_kinds([])
+        self._by_others: list[tuple[np.ndarray, np.ndarray]] | None = None  # see ``technique_check.look``
 
     def rows(self) -> np.ndarray:
-        """All of it, see ``rare_light.rows_of``; no rows if samples find everything."""
+        """The rare light, see ``rare_light.of_kinds``; no rows if samples find everything."""
         renderer = self.renderer
-        if not renderer.shows_light or renderer.replaced:
-            return rows_of([])
-        if renderer.scene_data.lamps.count == 0 and not self.suns():
-            return rows_of([])
         if self._of != renderer._shown:
-            self._of, self._found = renderer._shown, self._find()
-        return rows_of(self._found)
+            self._of, self._by_others, self._suns = renderer._shown, None, []
+            is_light = renderer.shows_light and not renderer.replaced
+            if is_light:
+                self._suns = suns_of(renderer.kernel_scene())
+            has_sources = renderer.scene_data.lamps.count > 0 or len(self._suns) > 0
+            self._rows = of_kinds(self._find() if is_light and has_sources else [])
+        return self._rows
 
-    def _find(self) -> list[tuple[float, RareLight]]:
+    def _find(self) -> list[np.ndarray]:
         renderer = self.renderer
         scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
-        kernel_scene, suns = renderer.kernel_scene(), self.suns()
+        kernel_scene = renderer.kernel_scene()
         is_mirroring = has_mirrors(kernel_scene)
-        if is_mirroring and (self._chains is None or self._chains.scene is not kernel_scene):
-            self._chains = MirrorChains(kernel_scene)
-        intersect = self._chains.intersect if is_mirroring else scene.intersect
-        found = [
-            (1.0, small_lamps(scene, camera, crop, intersect)),
-            (1.0, small_suns(suns, camera, crop, intersect)),
-        ]
+        intersect = functools.partial(first_hits, kernel_scene) if is_mirroring else scene.intersect
+        found = [small_lamps(scene, camera, crop, intersect), small_suns(self._suns, camera, crop, intersect)]
         settings = getattr(renderer.active, "settings", None)
         bounces = 1 if settings is None else int(settings["max_bounces"])
-        view = self._chains, scene, camera, crop, bounces
+        view = kernel_scene, scene, camera, crop, bounces
         if is_mirroring:
-            found.append((OF_FEW_RAYS, mirrored_lamps(*view, suns)))
+            found.append(mirrored_lamps(*view, self._suns))
         if has_caustics(kernel_scene, bounces):
-            found.append((OF_FEW_RAYS, caustics(*view)))
+            found.append(caustics(*view))
         return found
+
+    def missed_by_technique(self) -> float:
+        """What only another technique finds, in the unit of the picture: see ``technique_check``; after ``rows``."""
+        renderer = self.renderer
+        if self._by_others is None:
+            x0, x1, y0, y1 = renderer.film.crop
+            pixels, of = (x1 - x0) * (y1 - y0), (renderer.kernel_scene(), renderer.active)
+            self._by_others = look(renderer, () if renderer.replaced else other_techniques(*of, pixels, self._suns))
+        return missed(self._by_others, renderer.samples)

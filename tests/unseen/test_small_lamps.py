@@ -9,7 +9,7 @@ import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.unseen.rare_light import KNOWN, RareLight
+from taichi_tracer.unseen.rare_light import KNOWN, missed, of_kinds, rows_of
 from taichi_tracer.unseen.small_lamps import small_lamps
 
 SIZE = 24
@@ -54,6 +54,11 @@ def found(made, crop=(0, SIZE, 0, SIZE), **view):
     return small_lamps(made, make_camera(SIZE, SIZE, **{**VIEW, **view}), crop, made.intersect)
 
 
+def u(rows, samples, pixels=SIZE * SIZE):
+    """What a picture of so many samples misses of this light alone."""
+    return missed(of_kinds([rows]), samples, pixels)
+
+
 AT = (0.1, 0.07, 2.0)  # in the middle of no pixel's edge
 HALF = 0.004
 
@@ -61,21 +66,22 @@ HALF = 0.004
 def test_the_image_of_a_lamp_is_its_share_of_a_pixel():
     """Two triangles, each half of (2 h / (distance · pixel))²."""
     lamps = found(scene((AT, HALF)))
+    pixel, chance, light, _ = lamps.T
     share = (2 * HALF / (2 * PIXEL)) ** 2
     x, y = (math.floor(at / (2 * PIXEL) + SIZE / 2) for at in (-AT[0], AT[1]))  # −z has x on the left
-    np.testing.assert_allclose(lamps.chance, share / 2, rtol=1e-5)
-    assert set(lamps.pixel) == {x + SIZE * y}
-    assert lamps.light.sum() == pytest.approx(share * RMS, rel=1e-5)
-    assert lamps.missed(1) == pytest.approx(share * RMS / SIZE, rel=1e-5)
-    assert lamps.missed(1.01 * KNOWN / share) == 0
+    np.testing.assert_allclose(chance, share / 2, rtol=1e-5)
+    assert set(pixel) == {x + SIZE * y}
+    assert light.sum() == pytest.approx(share * RMS, rel=1e-5)
+    assert u(lamps, 1) == pytest.approx(share * RMS / SIZE, rel=1e-5)
+    assert u(lamps, 1.01 * KNOWN / share) == 0
 
 
 def test_an_orthographic_camera_and_a_sphere():
     window = {"projection": "orthographic", "fov": None, "screen_window": (-1, 1, -1, 1)}
     share = (2 * HALF * SIZE / 2) ** 2
-    assert found(scene((AT, HALF)), **window).light.sum() == pytest.approx(share * RMS, rel=1e-5)
+    assert found(scene((AT, HALF)), **window)[:, 2].sum() == pytest.approx(share * RMS, rel=1e-5)
     sphere = found(scene(spheres=[(*AT, HALF)]))
-    assert sphere.light.sum() == pytest.approx(math.pi * (HALF / (2 * PIXEL)) ** 2 * RMS, rel=0.01)
+    assert sphere[:, 2].sum() == pytest.approx(math.pi * (HALF / (2 * PIXEL)) ** 2 * RMS, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -90,14 +96,14 @@ def test_an_orthographic_camera_and_a_sphere():
 )
 def test_what_is_not_seen_or_large_adds_nothing(lamp, before):
     lamps = found(scene(lamp, before=before))
-    assert lamps.pixel.size == 0
-    assert lamps.missed(1) == 0
+    assert len(lamps) == 0
+    assert u(lamps, 1) == 0
 
 
 def test_samples_know_of_many_small_lamps():
     """100 lamps that a sample meets with 1 % each: 16 samples meet one of them 16 times."""
-    many = RareLight(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 576, 1 / 4)
-    assert many.missed(16) == 0
-    assert many.missed(8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
-    rare = RareLight(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]), 4)
-    assert rare.missed(1) == pytest.approx(7 / 2)
+    many = rows_of(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 1 / 4)
+    assert u(many, 16) == 0
+    assert u(many, 8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
+    rare = rows_of(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]))
+    assert u(rare, 1, 4) == pytest.approx(7 / 2)

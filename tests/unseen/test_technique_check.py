@@ -11,7 +11,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.system.parts.registry import PARTS
 from taichi_tracer.unseen.rare_light import KNOWN
 from taichi_tracer.unseen.small_suns import suns_of
-from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, TechniqueCheck, other_techniques
+from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, meetings, missed, other_techniques
 
 SIZE = 12
 VIEW = {"eye": (0, 0, 2), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
@@ -67,16 +67,13 @@ def test_nothing_is_done_where_nothing_can_be_missed(narrow):
 
 def test_light_that_is_about_as_rare_is_counted_together():
     """Each sample stands for pixels / (rows · columns · SAMPLES) of the picture's."""
-    other = TechniqueCheck.__new__(TechniqueCheck)
-    other.rows, other.columns, other.pixels = 1, 2, 80
     light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
     chance[:, 0, 1] = 1e-3 * ABOUT_AS_RARE * 1.01
     light[0, 0, 0] = 0  # what is dark is not counted
-    found = other.meetings(light, chance)
+    found = meetings(light, chance, 80)
     each = 80 / (2 * SAMPLES)
     np.testing.assert_allclose(found[1:, 0, 0], 1e-3 * (SAMPLES - 1) * each)
     np.testing.assert_allclose(found[:, 0, 1], (1e-3 * (SAMPLES - 1) + 1.01e-3 * ABOUT_AS_RARE * SAMPLES) * each)
     assert np.isinf(found[0, 0, 0])
-    other.found = [(light, found)]
     n = KNOWN / found[1, 0, 0] * 0.99  # the left pixel is just missed, the right one was met
-    assert other.missed(n) == pytest.approx(SAFETY * math.sqrt((1 - 1 / SAMPLES) ** 2 / 2))
+    assert missed([(light, found)], n) == pytest.approx(SAFETY * math.sqrt((1 - 1 / SAMPLES) ** 2 / 2))
