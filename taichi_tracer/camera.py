@@ -70,7 +70,6 @@ class ProjectiveCamera(CameraSettings):
     def ray_through(self, ndc):
         """The ray through a point of the image plane. A subclass defines it."""
         ti.static_assert(False, "a camera must say what ray_through(self, ndc) is")
-        return Ray()
 
     def rays(self, x: "ArrayLike", y: "ArrayLike") -> tuple[np.ndarray, np.ndarray]:
         """Origins and directions of the rays that ``generate_ray`` makes, without jitter; for ``scene.intersect``.

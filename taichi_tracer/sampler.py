@@ -61,7 +61,6 @@ class Sampler:
     def get_2d(self, seed, pixel, index, dimension):
         """vec2 in [0, 1)², made of four u32: the pair for one use (dimension) in one sample (index) of one pixel."""
         ti.static_assert(False, "a sampler must say what get_2d(self, seed, pixel, index, dimension) is")
-        return tm.vec2(0)
 
 
 def usual_sampler(adaptive: bool) -> str:

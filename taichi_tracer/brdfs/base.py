@@ -54,19 +54,16 @@ class Brdf:
     def eval(self, material, w_o, w_i, n):
         """f_r, a vec3 per steradian, without the cosine."""
         ti.static_assert(False, "a BRDF must say what eval(self, material, w_o, w_i, n) is")
-        return tm.vec3(0)
 
     @ti.func
     def pdf(self, material, w_o, w_i, n):
         """The density of ``sample`` at w_i, per solid angle."""
         ti.static_assert(False, "a BRDF must say what pdf(self, material, w_o, w_i, n) is")
-        return 0.0
 
     @ti.func
     def sample(self, material, w_o, n, xi):
         """w_i, made of the two uniform random numbers ``xi`` in [0, 1)²."""
         ti.static_assert(False, "a BRDF must say what sample(self, material, w_o, n, xi) is")
-        return n
 
     @ti.func
     def weight(self, material, w_o, w_i, n):

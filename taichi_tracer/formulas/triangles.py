@@ -39,7 +39,6 @@ class TriangleTest:
     def solve(self, o, d, v0, v1, v2):
         """(is_inside, t, u, v, det) of the ray o + t d and a triangle, see ``moller_trumbore``; all are scalars."""
         ti.static_assert(False, "a triangle test must say what solve(self, o, d, v0, v1, v2) is")
-        return False, 0.0, 0.0, 0.0, 0.0
 
 
 @ti.func

@@ -92,7 +92,6 @@ class Integrator:
     def radiance(self, scene, ray, hit, rng):
         """One sample of the radiance that arrives along the ray."""
         ti.static_assert(False, "an integrator must say what radiance(self, scene, ray, hit, rng) is")
-        return tm.vec3(0)
 
 
 @ti.data_oriented

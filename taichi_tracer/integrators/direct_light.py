@@ -55,7 +55,6 @@ class DirectLight(Integrator):
     def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) for one direction, made of ``xi`` in [0, 1)²."""
         ti.static_assert(False, "an estimator must say what sample(self, scene, surface, ...) is")
-        return surface.normal, tm.vec3(0)
 
 
 @register

@@ -53,32 +53,24 @@ class ShadeMode(Mode):
 
 
 class SampleMode(Mode):
-    """The estimators; the first are those of the course, with its numbers."""
+    """The estimators of assignment 2; ``use`` takes the others, by their names."""
 
     UNIFORM = 1, "uniform"
     BRDF = 2, "brdf"
     MICROFACET = 3, "microfacet"
-    HEMISPHERE = 4, "hemisphere"
-    ENVIRONMENT = 5, "environment"
-    MIS = 6, "mis"
-    MIS_BALANCE = 7, "mis_balance"
 
 
 class LampSampleMode(Mode):
-    """The estimators; the first are those of the course, with its numbers."""
+    """The estimators of assignment 3; ``use`` takes the others, by their names."""
 
     UNIFORM = 1, "uniform"
     BRDF = 2, "brdf"
     LIGHT = 3, "environment"
     MIS = 4, "mis"
-    HEMISPHERE = 5, "hemisphere"
-    MIS_BALANCE = 6, "mis_balance"
-    MICROFACET = 7, "microfacet"
 
 
 class ShadingMode(Mode):
-    """How paths find light; the first two are those of the course, with its numbers."""
+    """How paths find light; ``use`` takes the third way, ``path``, by its name."""
 
     IMPLICIT = 1, "implicit"
     EXPLICIT = 2, "explicit"
-    MIS = 3, "path"

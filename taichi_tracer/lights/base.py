@@ -41,7 +41,6 @@ class Light(KnownAttributes):
     def sample(self, x, xi):
         """(w_i, distance, radiance, pdf) of a direction from the point x to this light, made of ``xi`` in [0, 1)²."""
         ti.static_assert(False, "a light must say what sample(self, x, xi) is")
-        return tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
 
     @ti.func
     def pdf(self, x, w_i, hit):
@@ -57,4 +56,3 @@ class Light(KnownAttributes):
     def reflected(self, material):
         """What a surface of this ``material`` shows of an ambient light, linear RGB."""
         ti.static_assert(False, "an ambient light must say what reflected(self, material) is")
-        return tm.vec3(0)

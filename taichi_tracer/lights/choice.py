@@ -72,10 +72,8 @@ class LampChoice:
         of it. Samples that are well distributed in ξ are then well distributed over all lamps together.
         """
         ti.static_assert(False, "a choice of lamps must say what choose(self, x, n, xi) is")
-        return 0, 1.0, xi
 
     @ti.func
     def probability(self, x, n, lamp):
         """The probability with which ``choose`` returns ``lamp`` for the same x and n."""
         ti.static_assert(False, "a choice of lamps must say what probability(self, x, n, lamp) is")
-        return 1.0

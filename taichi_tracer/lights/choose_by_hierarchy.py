@@ -51,23 +51,12 @@ class ByHierarchy(LampChoice):
         """Build the tree."""
         tree = build(lamps)
         self.leaves = len(tree.lamps)
-        self._memory = memory.Memory()
-        self.lamps, self.leaf_of = ti.field(ti.i32), ti.field(ti.i32)
-        self.low, self.high, self.axis = (ti.Vector.field(3, float) for _ in range(3))
-        self.cosine, self.power = ti.field(float), ti.field(float)
-        fields = self._memory.fields
-        fields.dense(ti.i, self.leaves).place(self.lamps)
-        fields.dense(ti.i, len(lamps)).place(self.leaf_of)
-        fields.dense(ti.i, 2 * self.leaves).place(self.low, self.high, self.axis, self.cosine, self.power)
+        self._memory, tables = memory.Memory(), Tables()
+        leaf_of = np.argsort(tree.lamps)[self.leaves - len(lamps) :]  # those without a lamp, −1, come first
+        (self.lamps,), (self.leaf_of,) = tables.make(self._memory, tree.lamps), tables.make(self._memory, leaf_of)
+        bounds = tables.make(self._memory, tree.low, tree.high, tree.axis, tree.cosine, tree.power)
+        self.low, self.high, self.axis, self.cosine, self.power = bounds
         self._memory.allocate()
-        leaf_of = np.zeros(len(lamps), np.int32)
-        is_lamp = tree.lamps >= 0
-        leaf_of[tree.lamps[is_lamp]] = np.flatnonzero(is_lamp)
-        tables = Tables()
-        tables.put(self.lamps, tree.lamps)
-        tables.put(self.leaf_of, leaf_of)
-        for name in ("low", "high", "axis", "cosine", "power"):
-            tables.put(getattr(self, name), getattr(tree, name).astype(runtime.dtype()))
         tables.load(self._memory)
 
     @ti.func
@@ -176,33 +165,18 @@ def build(lamps: LampTable) -> LampTree:
 
 def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
     """(leaves,) int32: the point of each leaf, −1 for none; the halves of each node lie on two sides of a plane."""
-    order = np.full(leaves, -1, np.int64)
-    order[: len(points)] = np.arange(len(points))
-    size = leaves
-    while size > 1:
-        groups = order.reshape(-1, size)
-        there = groups >= 0
-        at = points[np.maximum(groups, 0)]
-        low = np.where(there[..., None], at, np.inf).min(axis=1)
-        high = np.where(there[..., None], at, -np.inf).max(axis=1)
-        axis = np.where(there.any(axis=1, keepdims=True), high - low, 0).argmax(axis=1)
-        key = np.take_along_axis(at, axis[:, None, None], axis=2)[..., 0]
-        key = np.where(there, key, np.inf)  # the empty leaves come last
-        order = np.take_along_axis(groups, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
-        order = spread(order.reshape(-1, size)).ravel()
-        size //= 2
-    return order.astype(np.int32)
-
-
-def spread(groups: np.ndarray) -> np.ndarray:
-    """Rows whose points stand first → rows whose halves have equally many points, as nearly as possible."""
-    size = groups.shape[1]
-    counts = (groups >= 0).sum(axis=1, keepdims=True)
-    left = (counts + 1) // 2
-    place = np.arange(size)[None, :]
-    source = np.where(place < size // 2, place, place - size // 2 + left)
-    is_there = np.where(place < size // 2, place < left, source < counts)
-    return np.where(is_there, np.take_along_axis(groups, np.minimum(source, size - 1), axis=1), -1)
+    ids, node = np.arange(len(points)), np.zeros(len(points), np.int64)  # the points by their nodes of one level
+    for _ in range(leaves.bit_length() - 1):
+        _, first, number, count = np.unique(node, return_index=True, return_inverse=True, return_counts=True)
+        at = points[ids]
+        extent = np.maximum.reduceat(at, first) - np.minimum.reduceat(at, first)
+        along = at[np.arange(len(at)), extent.argmax(axis=1)[number]]
+        ids = ids[np.lexsort((along, node))]
+        is_right = np.arange(len(ids)) - first[number] >= (count[number] + 1) // 2
+        node = 2 * node + is_right
+    found = np.full(leaves, -1, np.int32)
+    found[node] = ids
+    return found
 
 
 def join(nodes: LampTree, parents: np.ndarray) -> None:

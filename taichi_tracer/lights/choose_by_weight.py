@@ -4,7 +4,6 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.fields import memory
 from taichi_tracer.system.fields.tables import Tables
@@ -33,12 +32,9 @@ class ByWeight(LampChoice):
         """Build the cumulative distribution. If all weights are 0, all lamps are equally likely."""
         self.count = varying(len(lamps))
         cdf = np.concatenate([[0], np.cumsum(cells_of(self.weights(lamps)))]) / CELLS
-        self._memory = memory.Memory()
-        self.cdf = ti.field(float)
-        self._memory.fields.dense(ti.i, self.count + 1).place(self.cdf)
+        self._memory, tables = memory.Memory(), Tables()
+        (self.cdf,) = tables.make(self._memory, cdf)
         self._memory.allocate()
-        tables = Tables()
-        tables.put(self.cdf, cdf.astype(runtime.dtype()))
         tables.load(self._memory)
 
     @ti.func

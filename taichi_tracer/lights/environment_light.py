@@ -58,25 +58,15 @@ class EnvironmentLight(Light):
         if self._memory is not None:
             return
         of = self.environment
-        self._memory = memory.Memory()
-        self.density, self.row_cdf, self.column_cdf = ti.field(float), ti.field(float), ti.field(float)
-        self.row_guide, self.column_guide = ti.field(ti.i32), ti.field(ti.i32)
-        self.height_of_edge = ti.field(float)  # the y coordinate of the directions on the upper edge of each row
-        fields = self._memory.fields
-        fields.dense(ti.ij, (of.height, of.width)).place(self.density)
-        fields.dense(ti.i, of.height + 1).place(self.row_cdf, self.height_of_edge)
-        fields.dense(ti.ij, (of.height, of.width + 1)).place(self.column_cdf)
-        fields.dense(ti.i, of.height).place(self.row_guide)
-        fields.dense(ti.ij, (of.height, of.width)).place(self.column_guide)
-        self._memory.allocate()
+        self._memory, tables = memory.Memory(), Tables()
         rows, columns, density = sampling_tables(of.pixels, of.lookup, runtime.dtype(), self.compensates)
-        tables = Tables()
-        tables.put(self.density, density)
-        tables.put(self.row_cdf, rows)
-        tables.put(self.column_cdf, columns)
-        tables.put(self.row_guide, guide_table(rows[None])[0])
-        tables.put(self.column_guide, guide_table(columns))
-        tables.put(self.height_of_edge, heights_of_edges(of.height))
+        edges = np.cos(np.pi * np.arange(of.height + 1) / of.height)
+        (self.height_of_edge,) = tables.make(self._memory, edges)  # y of the directions on the upper edge of each row
+        self.row_cdf, self.column_cdf = (tables.make(self._memory, cdf, indices=2)[0] for cdf in (rows[None], columns))
+        guides = (guide_table(cdf) for cdf in (rows[None], columns))
+        self.row_guide, self.column_guide = (tables.make(self._memory, guide, indices=2)[0] for guide in guides)
+        (self.density,) = tables.make(self._memory, density, indices=2)
+        self._memory.allocate()
         tables.load(self._memory)
 
     @ti.func
@@ -129,8 +119,8 @@ class EnvironmentLight(Light):
     @ti.func
     def find_texel(self, xi):
         """(row, column, u, y): a texel, and a place in it, as the u of ``Environment.coords`` and a height."""
-        row, from_row = self.find_row(xi.y)
-        column, from_column = self.find_column(row, xi.x)
+        row, from_row = find(self.row_cdf, self.row_guide, 0, self.environment.height, xi.y)
+        column, from_column = find(self.column_cdf, self.column_guide, row, self.environment.width, xi.x)
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
         y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
         return row, column, u, y_top + from_row * (y_bottom - y_top)
@@ -158,27 +148,16 @@ class EnvironmentLight(Light):
             turned = tm.vec3(v.x, -v.z, v.y)
         return turned
 
-    @ti.func
-    def find_row(self, xi):
-        """The row whose interval of the cumulative distribution contains ξ, and the place of ξ in it, in [0, 1)."""
-        count = self.environment.height
-        row = self.row_guide[part_of(xi, count)]
-        begin, end = self.row_cdf[row], self.row_cdf[row + 1]
-        while end <= xi and row < count - 1:
-            row += 1
-            begin, end = end, self.row_cdf[row + 1]
-        return row, (xi - begin) / (end - begin)
 
-    @ti.func
-    def find_column(self, row, xi):
-        """The same as ``find_row`` for the columns of one row."""
-        count = self.environment.width
-        column = self.column_guide[row, part_of(xi, count)]
-        begin, end = self.column_cdf[row, column], self.column_cdf[row, column + 1]
-        while end <= xi and column < count - 1:
-            column += 1
-            begin, end = end, self.column_cdf[row, column + 1]
-        return column, (xi - begin) / (end - begin)
+@ti.func
+def find(cdf: ti.template(), guide: ti.template(), row, count, xi):
+    """(i, the place of ξ in its interval, in [0, 1)): the interval of a row of distributions that contains ξ."""
+    i = guide[row, part_of(xi, count)]
+    begin, end = cdf[row, i], cdf[row, i + 1]
+    while end <= xi and i < count - 1:
+        i += 1
+        begin, end = end, cdf[row, i + 1]
+    return i, (xi - begin) / (end - begin)
 
 
 @ti.func
@@ -228,11 +207,6 @@ def sampling_tables(
     columns: np.ndarray = _cumulative(power).astype(dtype)
     probability = np.diff(rows.astype(np.float64))[:, None] * np.diff(columns.astype(np.float64), axis=1)
     return rows, columns, (probability / solid_angle[:, None]).astype(dtype)
-
-
-def heights_of_edges(rows: int) -> np.ndarray:
-    """(rows + 1,) the y coordinate of the directions on the edges of the rows, from the zenith down."""
-    return np.cos(np.pi * np.arange(rows + 1) / rows).astype(runtime.dtype())
 
 
 def _cumulative(weights: np.ndarray) -> np.ndarray:

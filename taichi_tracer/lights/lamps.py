@@ -82,22 +82,15 @@ class Lamps(Light):
         """Build the tables that ``sample`` and ``pdf`` read."""
         if self._memory is not None or self.count == 0:
             return
-        self._memory = memory.Memory()
-        self.primitives, self.areas, self.lamp_of = ti.field(ti.i32), ti.field(float), ti.field(ti.i32)
-        self.balls = ti.Vector.field(4, float)  # around each lamp: centre and radius
-        fields = self._memory.fields
-        fields.dense(ti.i, self.count).place(self.primitives, self.areas, self.balls)
-        fields.dense(ti.i, self.geometry.n_primitives).place(self.lamp_of)
+        self._memory, tables, table = memory.Memory(), Tables(), self.table
+        centre = (table.low + table.high) / 2
+        radius = np.linalg.norm(table.high - table.low, axis=1, keepdims=True) / 2
+        balls = np.concatenate([centre, radius], axis=1)  # around each lamp
+        self.primitives, self.areas, self.balls = tables.make(self._memory, table.primitives, table.areas, balls)
+        lamp_of = np.full(self.geometry.n_primitives, -1)
+        lamp_of[table.ids] = np.arange(self.count)
+        (self.lamp_of,) = tables.make(self._memory, lamp_of)
         self._memory.allocate()
-        lamp_of = np.full(self.geometry.n_primitives, -1, np.int32)
-        lamp_of[self.table.ids] = np.arange(self.count)
-        centre = (self.table.low + self.table.high) / 2
-        radius = np.linalg.norm(self.table.high - self.table.low, axis=1, keepdims=True) / 2
-        tables, dtype = Tables(), runtime.dtype()
-        tables.put(self.primitives, self.table.primitives)
-        tables.put(self.areas, self.table.areas.astype(dtype))
-        tables.put(self.balls, np.concatenate([centre, radius], axis=1).astype(dtype))
-        tables.put(self.lamp_of, lamp_of)
         tables.load(self._memory)
         self.choice.material_library, self.choice.geometry = self.library, self.geometry
         self.choice.prepare(self.table)

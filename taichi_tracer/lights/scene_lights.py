@@ -40,34 +40,18 @@ class FarLights(Light):
 
     @ti.func
     def sample(self, x, xi):
-        """(w_i, ∞, radiance, pdf) of a direction towards one of the lights."""
-        w_i, pdf = self.sample_direction(x, xi)
-        return w_i, tm.inf, self.radiance(Ray(origin=x, direction=w_i), no_hit()), pdf
-
-    @ti.func
-    def sample_direction(self, x, xi):
-        """(w_i, pdf) of ``sample``; the pdf is the mean of the densities of all lights."""
-        w_i, pdf = tm.vec3(0, 1, 0), 1.0
+        """(w_i, ∞, radiance, pdf) of a direction towards one of the lights; the pdf is the mean of all densities."""
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
         if ti.static(len(self.lights) == 1):
-            w_i, pdf = self.direction_of(0, x, xi)
+            w_i, distance, light, pdf = self.lights[0].sample(x, xi)
         else:
             count = ti.static(len(self.lights))
             chosen = ti.min(ti.cast(xi.x * count, ti.i32), count - 1)
             for i in ti.static(range(len(self.lights))):
                 if chosen == i:
-                    w_i, pdf = self.direction_of(i, x, tm.vec2(xi.x * count - i, xi.y))
-            pdf = self.pdf(x, w_i, no_hit())
-        return w_i, pdf
-
-    @ti.func
-    def direction_of(self, i: ti.template(), x, xi):
-        """(w_i, pdf) of one of the lights. Its radiance is looked up later, and only if it contributes."""
-        w_i, pdf = tm.vec3(0, 1, 0), 1.0
-        if ti.static(hasattr(self.lights[i], "sample_direction")):
-            w_i, pdf = self.lights[i].sample_direction(xi)
-        else:
-            w_i, distance, light, pdf = self.lights[i].sample(x, xi)
-        return w_i, pdf
+                    w_i, distance, light, pdf = self.lights[i].sample(x, tm.vec2(xi.x * count - i, xi.y))
+            light, pdf = self.radiance(Ray(origin=x, direction=w_i), no_hit()), self.pdf(x, w_i, no_hit())
+        return w_i, distance, light, pdf
 
     @ti.func
     def pdf(self, x, w_i, hit):

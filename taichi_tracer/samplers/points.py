@@ -21,4 +21,3 @@ class PointSampler(Sampler):
     def point(self, seed, pixel, index, dimension):
         """The two numbers separately; the keys may also be vectors. A subclass defines it."""
         ti.static_assert(False, "a sampler of points must say what point(self, seed, pixel, index, dimension) is")
-        return 0.0, 0.0

@@ -11,7 +11,7 @@ from probe import put, vec3
 from support import start
 
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.lights.environment_light import EnvironmentLight, mean_of_bilinear, sampling_tables
+from taichi_tracer.lights.environment_light import EnvironmentLight, find, mean_of_bilinear, sampling_tables
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system import runtime
 
@@ -85,7 +85,7 @@ def probability_by_texel(light):
     """As ``cell_probability``, from the texels' own probabilities, each cut into fine × fine equal parts."""
     h, w = light.environment.height, light.environment.width
     fine = max(6, 2400 // h)
-    rows, columns = light.row_cdf.to_numpy().astype(float), light.column_cdf.to_numpy().astype(float)
+    rows, columns = light.row_cdf.to_numpy()[0].astype(float), light.column_cdf.to_numpy().astype(float)
     p = np.diff(rows)[:, None] * np.diff(columns, axis=1) / fine**2
     edges = np.cos(np.pi * np.arange(h + 1) / h)
     part = (np.arange(fine) + 0.5) / fine
@@ -105,7 +105,7 @@ def test_the_search_finds_the_interval_of_each_number(rng):
     image[:, 4:9] = 0
     image[7, 11] = 1e7
     light = light_of(Environment(image))
-    rows, columns = light.row_cdf.to_numpy(), light.column_cdf.to_numpy()
+    (rows,), columns = light.row_cdf.to_numpy(), light.column_cdf.to_numpy()
     for row, cdf in ((-1, rows), (0, columns[0]), (7, columns[7])):
         edges = np.concatenate(
             [cdf, np.nextafter(cdf, 0), np.nextafter(cdf, 1), np.arange(len(cdf) - 1) / (len(cdf) - 1)]
@@ -122,9 +122,9 @@ def _find(light: ti.template(), row: int, xi: ti.types.ndarray(), found: ti.type
     for i in range(xi.shape[0]):
         index = 0
         if row < 0:
-            index, _ = light.find_row(xi[i])
+            index, _ = find(light.row_cdf, light.row_guide, 0, light.environment.height, xi[i])
         else:
-            index, _ = light.find_column(row, xi[i])
+            index, _ = find(light.column_cdf, light.column_guide, row, light.environment.width, xi[i])
         found[i] = index
 
 
