@@ -118,8 +118,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
-        names = [part.name for part in PARTS.all("integrator") if part.what in MEASURED]
-        return NameControl("of", self.of, names, "Work of"), *self.measured.controls()
+        return NameControl("of", self.of, names_of_measured(), "Work of"), *self.measured.controls()
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``controls``."""
@@ -261,9 +260,12 @@ def find_measured(name: str) -> str:
     Raises:
         InputError: there is none of this name.
     """
-    known = {p.name: p for p in PARTS.all("integrator") if p.what in MEASURED}
-    aliases = {alias: p.name for p in known.values() for alias in p.aliases}
-    found = aliases.get(name, name)
-    if not isinstance(found, str) or found not in known:
-        raise one_of("map of", name, list(known))
-    return found
+    found = PARTS.find("integrator", name)
+    if found.what not in MEASURED:
+        raise one_of("map of", name, names_of_measured())
+    return found.name
+
+
+def names_of_measured() -> list[str]:
+    """The names of the integrators that can be measured."""
+    return [part.name for part in PARTS.all("integrator") if part.what in MEASURED]

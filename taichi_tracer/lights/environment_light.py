@@ -100,11 +100,7 @@ class EnvironmentLight(Light):
     def pdf(self, x, w_i, hit):
         """The density of ``sample_direction`` at w_i."""
         u, v = self.environment.coords(self.with_y_up(w_i))
-        return self.pdf_of(*self.environment.texel_of(u, v))
-
-    @ti.func
-    def pdf_of(self, row, column):
-        """The density of ``sample_direction`` at the directions of a texel."""
+        row, column = self.environment.texel_of(u, v)
         return self.density[row, column]
 
     @ti.func
@@ -114,7 +110,9 @@ class EnvironmentLight(Light):
         If the light ``compensates``, this is its light above the mean.
         """
         row, column, u, y = self.find_texel(xi)
-        return self.direction_at(u, y), self.pdf_of(row, column)
+        r = ti.sqrt(ti.max(0.0, 1 - y * y))
+        x, z = on_circle(u - 0.5)
+        return self.as_in_scene(tm.vec3(r * x, y, r * z)), self.density[row, column]
 
     @ti.func
     def find_texel(self, xi):
@@ -124,13 +122,6 @@ class EnvironmentLight(Light):
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
         y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
         return row, column, u, y_top + from_row * (y_bottom - y_top)
-
-    @ti.func
-    def direction_at(self, u, y):
-        """The direction with this u and this height."""
-        r = ti.sqrt(ti.max(0.0, 1 - y * y))
-        x, z = on_circle(u - 0.5)
-        return self.as_in_scene(tm.vec3(r * x, y, r * z))
 
     @ti.func
     def with_y_up(self, v):
