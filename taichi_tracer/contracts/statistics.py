@@ -15,7 +15,6 @@ import numpy as np
 # part which passes once passes always.
 ALPHA = 0.01
 ABOVE_ZERO = np.finfo(np.float64).tiny  # the least value of what must not be 0
-POINTS = 12  # along each side of a cell, at which a function is asked for its integral
 PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the points are not close enough for a kink or a pole of the density
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
@@ -62,16 +61,18 @@ class SphereCells:
 
     Attributes:
         axis: (3,) unit vector. edges: (rings + 1,) of s, ascending from 0 to 1. columns: how many cells a ring has.
+        points: along each side of a cell, at which a function is asked for its integral.
     """
 
     axis: np.ndarray
     edges: np.ndarray
     columns: int = 16
+    points: int = 12
 
     @classmethod
     def equal_angles(cls, rows, columns):
-        """Cells about +y that are those of the texels of an equirectangular image."""
-        return cls(np.array([0.0, 1.0, 0.0]), (1 - np.cos(np.pi * np.arange(rows + 1) / rows)) / 2, columns)
+        """Cells about +y: the texels of an equirectangular image, in which a function is constant."""
+        return cls(np.array([0.0, 1.0, 0.0]), (1 - np.cos(np.pi * np.arange(rows + 1) / rows)) / 2, columns, 1)
 
     @classmethod
     def of_samples(cls, directions, rings=40):
@@ -101,19 +102,19 @@ class SphereCells:
         return cells.reshape(-1, self.columns)
 
     def integrals(self, function):
-        """(rings, columns, k) ∫ f dω over each cell: its solid angle times the mean of f at ``POINTS``² of its points.
+        """(rings, columns, k) ∫ f dω over each cell: its solid angle times the mean of f at ``points``² points.
 
         Args:
             function: (N, 3) unit directions → (N,) or (N, k); k is 1 for (N,).
         """
-        sizes, middles = np.diff(self.edges), (np.arange(POINTS) + 0.5) / POINTS
+        sizes, middles = np.diff(self.edges), (np.arange(self.points) + 0.5) / self.points
         s = (self.edges[:-1, None] + sizes[:, None] * middles).reshape(-1, 1)
         phi = 2 * np.pi / self.columns * (np.arange(self.columns)[:, None] + middles).reshape(1, -1)
         sine, (x, y) = 2 * np.sqrt(s * (1 - s)), self.frame()
         across = np.cos(phi)[..., None] * x + np.sin(phi)[..., None] * y
         directions = (1 - 2 * s)[..., None] * self.axis + sine[..., None] * across
         values = np.asarray(function(directions.reshape(-1, 3)), np.float64)
-        means = values.reshape(len(sizes), POINTS, self.columns, POINTS, -1).mean(axis=(1, 3))
+        means = values.reshape(len(sizes), self.points, self.columns, self.points, -1).mean(axis=(1, 3))
         return means * (4 * np.pi * sizes / self.columns)[:, None, None]  # dω = 2 ds dφ
 
 

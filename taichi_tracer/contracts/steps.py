@@ -80,10 +80,12 @@ def checks_of_light(light: Any) -> list[partial]:
 
 
 def checks_of_environment(environment: Any) -> list[partial]:
-    """Those of a light that surrounds a triangle, which is lit by the environment alone."""
-    scene = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=environment())
-    light = scene.in_kernels().lights.far[0]
-    bench = lights.Bench(light, cells=SphereCells.equal_angles(16, 32))
+    """Those of a light that surrounds a triangle, lit by the environment alone, which is turned by whole texels."""
+    made = environment()
+    rows, columns = made.pixels.shape[:2]
+    made.set_rotation(round(made.rotation * columns / 360) * 360 / columns)
+    light = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=made).in_kernels().lights.far[0]
+    bench = lights.Bench(light, cells=SphereCells.equal_angles(rows, columns))
     return [partial(check, bench) for check in lights.steps(light)]
 
 

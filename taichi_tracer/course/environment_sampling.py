@@ -12,7 +12,7 @@ from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import filled
 
 
 @ti.data_oriented
@@ -42,11 +42,8 @@ class EnvISRenderer:
         self.light.prepare()
         self.sampler = IndependentSampler()
         self.seed, self.samples, self.mode = seed, 0, self.SampleMode.UNIFORM
-        self._memory = memory.Memory()
-        self.background, self.count_map = ti.Vector.field(3, float), ti.field(float)
-        self._memory.fields.dense(ti.ij, (width, height)).place(self.background)
-        self._memory.fields.dense(ti.ij, (width, height)).place(self.count_map)
-        self._memory.allocate()
+        zeros = np.zeros((width, height, 3))
+        self._memory, (self.background, self.count_map) = filled(zeros, zeros[..., 0], indices=2)
 
     @property
     def sample_mode(self) -> Any:

@@ -11,7 +11,7 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system.course_fields import held
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import filled
 from taichi_tracer.system.parts.overrides import call_with_known_args
 from taichi_tracer.system.threads import inside_kernel
 
@@ -56,13 +56,11 @@ class CourseGeometry(OfPackage):
     def __init__(self, geometry: Any) -> None:
         super().__init__(geometry)
         count = max(1, int(geometry.n_triangles))
-        self._memory = memory.Memory()
-        self.triangle_vertex_ids, self.triangle_normal_ids = (ti.Vector.field(3, ti.i32) for _ in range(2))
-        self._memory.fields.dense(ti.i, count).place(self.triangle_vertex_ids, self.triangle_normal_ids)
-        self._memory.allocate()
-        for name in ("triangle_vertex_ids", "triangle_normal_ids"):
-            if hasattr(geometry, name):
-                self._memory.write(vars(self)[name], getattr(geometry, name).to_numpy()[:count] + 1)
+        ids = geometry.triangle_vertex_ids.to_numpy()[:count]
+        has_normals = hasattr(geometry, "triangle_normal_ids")
+        normal_ids = geometry.triangle_normal_ids.to_numpy()[:count] if has_normals else np.full_like(ids, -1)
+        self._memory, fields = filled(ids + 1, normal_ids + 1)
+        self.triangle_vertex_ids, self.triangle_normal_ids = fields
 
 
 @ti.data_oriented

@@ -6,9 +6,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system.fields.tables import filled
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,8 @@ class LiveNumbers:
     """
 
     def __init__(self, *numbers: float) -> None:
-        self._memory = memory.Memory()
-        self._field = ti.field(float)
-        self._memory.fields.dense(ti.i, len(numbers)).place(self._field)
-        self._memory.allocate()
+        self._memory, (self._field,) = filled(np.array(numbers, float))
         self.version = 0
-        self._write(numbers)
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, which freed the numbers."""
@@ -81,11 +78,8 @@ class LiveNumbers:
 
     def set(self, *numbers: float) -> None:
         """Change all numbers."""
-        self._write(numbers)
-        self.version += 1
-
-    def _write(self, numbers) -> None:
         self._memory.write(self._field, numbers)
+        self.version += 1
 
     @ti.func
     def get(self, i: ti.template()):

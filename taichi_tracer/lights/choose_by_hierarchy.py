@@ -15,8 +15,7 @@ import taichi.math as tm
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.tables import filled
 from taichi_tracer.system.parts.overrides import overridable
 from taichi_tracer.system.parts.registry import register
 
@@ -51,13 +50,10 @@ class ByHierarchy(LampChoice):
         """Build the tree."""
         tree = build(lamps)
         self.leaves = len(tree.lamps)
-        self._memory, tables = memory.Memory(), Tables()
         leaf_of = np.argsort(tree.lamps)[self.leaves - len(lamps) :]  # those without a lamp, −1, come first
-        (self.lamps,), (self.leaf_of,) = tables.make(self._memory, tree.lamps), tables.make(self._memory, leaf_of)
-        bounds = tables.make(self._memory, tree.low, tree.high, tree.axis, tree.cosine, tree.power)
-        self.low, self.high, self.axis, self.cosine, self.power = bounds
-        self._memory.allocate()
-        tables.load(self._memory)
+        bounds = tree.low, tree.high, tree.axis, tree.cosine, tree.power
+        self._memory, fields = filled(tree.lamps, leaf_of, *bounds)
+        self.lamps, self.leaf_of, self.low, self.high, self.axis, self.cosine, self.power = fields
 
     @ti.func
     def choose(self, x, n, xi):

@@ -5,8 +5,7 @@ import taichi as ti
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.tables import filled
 from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.system.parts.overrides import overridable
 from taichi_tracer.system.parts.registry import register
@@ -32,10 +31,7 @@ class ByWeight(LampChoice):
         """Build the cumulative distribution. If all weights are 0, all lamps are equally likely."""
         self.count = varying(len(lamps))
         cdf = np.concatenate([[0], np.cumsum(cells_of(self.weights(lamps)))]) / CELLS
-        self._memory, tables = memory.Memory(), Tables()
-        (self.cdf,) = tables.make(self._memory, cdf)
-        self._memory.allocate()
-        tables.load(self._memory)
+        self._memory, (self.cdf,) = filled(cdf)
 
     @ti.func
     def choose(self, x, n, xi):

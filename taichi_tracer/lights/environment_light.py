@@ -24,8 +24,8 @@ from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.memory import Memory
+from taichi_tracer.system.fields.tables import filled
 from taichi_tracer.system.parts.overrides import overridable, replaced
 
 EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
@@ -51,23 +51,18 @@ class EnvironmentLight(Light):
         self.environment, self.effects, self.up_axis = environment, effects, up_axis
         self.compensates = compensates
         self.replaced = replaced(environment)
-        self._memory: memory.Memory | None = None
+        self._memory: Memory | None = None
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` reads."""
         if self._memory is not None:
             return
         of = self.environment
-        self._memory, tables = memory.Memory(), Tables()
         rows, columns, density = sampling_tables(of.pixels, of.lookup, runtime.dtype(), self.compensates)
-        edges = np.cos(np.pi * np.arange(of.height + 1) / of.height)
-        (self.height_of_edge,) = tables.make(self._memory, edges)  # y of the directions on the upper edge of each row
-        self.row_cdf, self.column_cdf = (tables.make(self._memory, cdf, indices=2)[0] for cdf in (rows[None], columns))
-        guides = (guide_table(cdf) for cdf in (rows[None], columns))
-        self.row_guide, self.column_guide = (tables.make(self._memory, guide, indices=2)[0] for guide in guides)
-        (self.density,) = tables.make(self._memory, density, indices=2)
-        self._memory.allocate()
-        tables.load(self._memory)
+        edges = np.cos(np.pi * np.arange(of.height + 1) / of.height)  # y of the directions on the edges of the rows
+        guides = guide_table(rows[None]), guide_table(columns)
+        self._memory, fields = filled(density, rows[None], columns, *guides, edges[None], indices=2)
+        self.density, self.row_cdf, self.column_cdf, self.row_guide, self.column_guide, self.height_of_edge = fields
 
     @ti.func
     def radiance(self, ray, hit):
@@ -120,7 +115,7 @@ class EnvironmentLight(Light):
         row, from_row = find(self.row_cdf, self.row_guide, 0, self.environment.height, xi.y)
         column, from_column = find(self.column_cdf, self.column_guide, row, self.environment.width, xi.x)
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
-        y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
+        y_top, y_bottom = self.height_of_edge[0, row], self.height_of_edge[0, row + 1]
         return row, column, u, y_top + from_row * (y_bottom - y_top)
 
     @ti.func

@@ -28,8 +28,8 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.fields.memory import Memory
+from taichi_tracer.system.fields.tables import filled
 from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
 
@@ -66,7 +66,7 @@ class Lamps(Light):
         self.table = lamp_table(geometry, library.materials, self.two_sided)
         self.count = varying(len(self.table))
         self.corners = self._corners()
-        self._memory: memory.Memory | None = None
+        self._memory: Memory | None = None
         size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
         is_large = self.table.areas.max(initial=0) > SMALL_LAMP * size * size
         self.has_near = bool(is_large) and not choice.keeps_area and not choice.samples_points
@@ -82,16 +82,14 @@ class Lamps(Light):
         """Build the tables that ``sample`` and ``pdf`` read."""
         if self._memory is not None or self.count == 0:
             return
-        self._memory, tables, table = memory.Memory(), Tables(), self.table
+        table = self.table
         centre = (table.low + table.high) / 2
         radius = np.linalg.norm(table.high - table.low, axis=1, keepdims=True) / 2
         balls = np.concatenate([centre, radius], axis=1)  # around each lamp
-        self.primitives, self.areas, self.balls = tables.make(self._memory, table.primitives, table.areas, balls)
         lamp_of = np.full(self.geometry.n_primitives, -1)
         lamp_of[table.ids] = np.arange(self.count)
-        (self.lamp_of,) = tables.make(self._memory, lamp_of)
-        self._memory.allocate()
-        tables.load(self._memory)
+        self._memory, fields = filled(table.primitives, table.areas, balls, lamp_of)
+        self.primitives, self.areas, self.balls, self.lamp_of = fields
         self.choice.material_library, self.choice.geometry = self.library, self.geometry
         self.choice.prepare(self.table)
 

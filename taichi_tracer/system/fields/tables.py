@@ -76,23 +76,6 @@ class Tables:
         number = self.tables[id(field)].number if id(field) in self.tables else len(self.tables)
         self.tables[id(field)] = Table(field, array, number)
 
-    def make(self, memory: Memory, *arrays: np.ndarray, indices: int = 1) -> list[Any]:
-        """New fields, which ``load`` fills with these arrays: of i32, or of the running precision.
-
-        Args:
-            memory: in which they are placed, side by side; it is not yet allocated.
-            arrays: of one length along their first axes. indices: how many of their axes, 1 or 2, a field has as
-                indices; a further axis has the components of vectors.
-        """
-        block = memory.fields.dense(ti.i if indices == 1 else ti.ij, arrays[0].shape[:indices])
-        made = []
-        for array in arrays:
-            dtype, kind = (np.int32, ti.i32) if np.issubdtype(array.dtype, np.integer) else (runtime.dtype(), float)
-            made.append(ti.field(kind) if array.ndim == indices else ti.Vector.field(array.shape[-1], kind))
-            self.put(made[-1], array.astype(dtype, copy=False))
-        block.place(*made)
-        return made
-
     def load(self, memory: Memory) -> None:
         """Copy all arrays into their fields.
 
@@ -167,6 +150,27 @@ class Tables:
                     table.field[row, column][k] = value
                 else:
                     table.field[row, column] = value
+
+
+def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
+    """The memory of new fields with these numbers, and the fields: of i32, or of the running precision.
+
+    Args:
+        arrays: one for each field; those of equal length stand side by side in memory.
+        indices: how many of their axes, 1 or 2, fields have as indices; a further axis has the components of vectors.
+    """
+    memory, tables, blocks, made = Memory(), Tables(), {}, []
+    for array in arrays:
+        dtype, kind = (np.int32, ti.i32) if np.issubdtype(array.dtype, np.integer) else (runtime.dtype(), float)
+        made.append(ti.field(kind) if array.ndim == indices else ti.Vector.field(array.shape[-1], kind))
+        counts = array.shape[:indices]
+        if counts not in blocks:
+            blocks[counts] = memory.fields.dense(ti.i if indices == 1 else ti.ij, counts)
+        blocks[counts].place(made[-1])
+        tables.put(made[-1], array.astype(dtype, copy=False))
+    memory.allocate()
+    tables.load(memory)
+    return memory, made
 
 
 @ti.func
