@@ -4,8 +4,6 @@ import gc
 import os
 import sys
 
-USER_ERROR = 2  # exit code, as in ``apps.notes``
-
 # New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of
 # the time until the first picture, because modules and the syntax trees of kernels are many objects that stay.
 OBJECTS_BETWEEN_COLLECTIONS = 200_000
@@ -14,13 +12,8 @@ COUNTS_AT_THE_END = "OpenImageIO"  # a library that prints a page about each of 
 
 def main() -> int:
     """Run the command line; signals are handled before anything large is imported."""
-    try:
-        from taichi_tracer.apps.running import leave_at_once
-    except ModuleNotFoundError as error:
-        if error.name != "taichi_tracer.apps":
-            raise
-        sys.stderr.write("taichi-tracer: this installation has no taichi_tracer/apps\n")
-        return USER_ERROR
+    from taichi_tracer.apps.running import leave_at_once
+
     leave_at_once()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
     # numpy's library for matrix products starts one thread per CPU, which wait for work in a loop that keeps the CPUs

@@ -10,8 +10,8 @@ import numpy as np
 import taichi as ti
 from numpy.typing import ArrayLike
 
+from taichi_tracer.environment import checked, read_linear
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.fields import memory
 from taichi_tracer.system.fields.tables import Tables
 from taichi_tracer.system.fields.varying import varying
@@ -24,8 +24,8 @@ class Background:
     """Texels that are stretched over the frame and interpolated bilinearly between their centres.
 
     Args:
-        texels: (rows, columns, 3) linear colours, top row first. (1, 1, 3) is one colour. (2, 2, 3) are four corners
-            if ``corners`` is True, otherwise an image.
+        texels: (rows, columns, 3) or (rows, columns) linear colours, top row first. (1, 1, 3) is one colour. (2, 2, 3)
+            are four corners if ``corners`` is True, otherwise an image.
         corners: whether the outermost texels lie on the border of the frame, instead of half a texel inside it.
         what: the name of the background in messages.
 
@@ -37,7 +37,7 @@ class Background:
     def __init__(self, texels: "ArrayLike", corners: bool = False, what: str = "background") -> None:
         runtime.ensure()
         self.what, self.corners = what, corners
-        self.pixels = _checked(texels, what)
+        self.pixels = checked(texels, what, "a background", "a colour")
         self.rows, self.columns = map(varying, self.pixels.shape[:2])
         self._memory = memory.Memory()
         self.texels = ti.Vector.field(3, float)
@@ -80,23 +80,6 @@ class Background:
         return above + fy * (below - above)
 
 
-def _checked(texels, what: str) -> np.ndarray:
-    try:
-        pixels = np.asarray(texels, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: a background is made of numbers, not {type(texels).__name__}") from None
-    if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
-        raise InputError(f"{what}: a background has the shape (height, width, 3), not {np.shape(texels)}")
-    wrong = ~(np.isfinite(pixels) & (pixels >= 0))
-    if wrong.any():
-        row, column, channel = np.argwhere(wrong)[0]
-        raise InputError(
-            f"{what}: a colour must be finite and at least 0, not {pixels[row, column, channel]:g} "
-            f"(row {row}, column {column})"
-        )
-    return np.ascontiguousarray(pixels.astype(runtime.dtype()))
-
-
 def corner_background(bl, tl, tr, br) -> Background:
     """Four colours at the corners of the frame, interpolated bilinearly (RT-7)."""
     return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
@@ -113,11 +96,8 @@ def load_background(value: "ArrayLike | Path | Background | None") -> Background
     if value is None or isinstance(value, Background):
         return value
     if isinstance(value, (str, Path)):
-        from taichi_tracer.files.images import read_image
-
         path = Path(value).expanduser()
-        is_encoded = path.suffix.lower() in (".png", ".jpg", ".jpeg")
-        return Background(read_image(path, srgb=is_encoded), what=str(path))
+        return Background(read_linear(path), what=str(path))
     if np.shape(value) == (3,):
         return Background(np.reshape(value, (1, 1, 3)), what="one colour")
     if np.shape(value) == (4, 3):

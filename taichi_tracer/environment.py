@@ -212,25 +212,32 @@ class TexelsFromBelow:
         return element(self.environment.texels, self.environment.height - 1 - y, x)
 
 
-def checked(image, name: str) -> np.ndarray:
-    """``image`` as a contiguous (h, w, 3) array in the running precision; an InputError if it is not radiance."""
+def checked(image, name: str, what: str = "an environment", value: str = "radiance") -> np.ndarray:
+    """``image``, (h, w, 3) or (h, w), as a contiguous (h, w, 3) array in the running precision.
+
+    Args:
+        name, what, value: for messages: its name, what it is, and what its numbers are.
+
+    Raises:
+        InputError: it has another shape, or a number that is negative or not finite.
+    """
     try:
         is_ready = isinstance(image, np.ndarray) and image.dtype == runtime.dtype()
         pixels = image if is_ready else np.asarray(image, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: an environment is an array of numbers, not {type(image).__name__}") from None
+        raise InputError(f"{name}: {what} is an array of numbers, not {type(image).__name__}") from None
     if pixels.ndim == 2:
         pixels = np.repeat(pixels[..., None], 3, axis=2)
     if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
-        raise InputError(f"{name}: an environment has the shape (height, width, 3), not {np.shape(image)}")
+        raise InputError(f"{name}: {what} has the shape (height, width, 3), not {np.shape(image)}")
     with np.errstate(over="ignore"):
         pixels = pixels.astype(runtime.dtype())
-    for what, wrong in (("is not finite", ~np.isfinite(pixels)), ("is negative", pixels < 0)):
+    for fault, wrong in (("is not finite", ~np.isfinite(pixels)), ("is negative", pixels < 0)):
         if wrong.any():
             row, column, channel = np.argwhere(wrong)[0]
-            value = np.asarray(image, np.float64).reshape(*pixels.shape[:2], -1)[row, column]
+            texel = np.asarray(image, np.float64).reshape(*pixels.shape[:2], -1)[row, column]
             raise InputError(
-                f"{name}: radiance {what} at row {row}, column {column}: {value[channel % len(value)]:g} "
+                f"{name}: {value} {fault} at row {row}, column {column}: {texel[channel % len(texel)]:g} "
                 f"({wrong.any(axis=2).sum()} such texels); replace it by 0 or more"
             )
     return np.ascontiguousarray(pixels)
@@ -267,7 +274,11 @@ def load_environment(value: "ArrayLike | Path | Environment | None", **options: 
     path = known.get(str(value), Path(value).expanduser())
     if not path.exists() and path.suffix == "" and path.parent == Path("."):
         raise one_of("environment", str(value), [*known, *registered, "or the path of an image"])
+    return Environment(read_linear(path), **{"name": str(value), **options})
+
+
+def read_linear(path: Path) -> np.ndarray:
+    """(h, w, 3) linear values of an image: PNG and JPEG are decoded from sRGB."""
     from taichi_tracer.files.images import read_image
 
-    is_encoded = path.suffix.lower() in (".png", ".jpg", ".jpeg")
-    return Environment(read_image(path, srgb=is_encoded), **{"name": str(value), **options})
+    return read_image(path, srgb=path.suffix.lower() in (".png", ".jpg", ".jpeg"))

@@ -92,7 +92,6 @@ class Placed:
         faces, spheres, primitives: (K + 1,) the rows at which the objects begin, and after which the last one ends.
         object_of: (n,) the object of each place.
         matrices: (n, 3, 4) float64, from the object to the place.
-        group: the mesh of which this was made.
     """
 
     faces: np.ndarray
@@ -100,7 +99,6 @@ class Placed:
     primitives: np.ndarray
     object_of: np.ndarray
     matrices: np.ndarray
-    group: Mesh
 
     @property
     def starts(self) -> np.ndarray:
@@ -225,7 +223,7 @@ def _with_copies(
         stands = shared | np.isin(np.arange(len(shared)), begins)
         number = np.where(shared, len(runs) + np.searchsorted(kept, object_of), run_of)[stands]
         at = np.where(shared[:, None, None], matrices, np.eye(4))[stands, :3]
-        whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), at, mesh)
+        whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), at)
         if whole.placed.starts[-1] > MOST_IDS:
             count = f"{whole.placed.starts[-1]:,} primitives in all places"
             raise InputError(f"{mesh.source}: {count}, and ids end at {MOST_IDS:,}")
@@ -341,18 +339,6 @@ def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
     parts, materials = with_common_materials([replace(mesh, materials=grey), ground])
     whole = joined(parts, materials, mesh.source)
     return replace(whole, instances=mesh.instances, lights=mesh.lights, notes=mesh.notes, dropped=mesh.dropped)
-
-
-def off_ground(mesh: Mesh) -> Mesh:
-    """``mesh`` without what ``on_ground`` has put under it."""
-    stays = np.array([one.name != GROUND.name for one in mesh.materials], bool)[mesh.face_materials]
-    arrays = {
-        name: getattr(mesh, name) for name in ("faces", "face_materials", "face_culls", "corner_uv", "corner_color")
-    }
-    kept = {name: array[stays] for name, array in arrays.items() if array is not None}
-    if len(mesh.face_normals) > 0:
-        kept["face_normals"] = mesh.face_normals[stays]
-    return replace(mesh, vertices=mesh.vertices[:-4], **kept)
 
 
 def points_to_show(mesh: Mesh) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import functools
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
@@ -11,13 +12,13 @@ from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
-from taichi_tracer.instances import off_ground, on_ground, resolve_instances, view_of_mesh
+from taichi_tracer.instances import on_ground, resolve_instances, view_of_mesh
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.intersectors.places import Places
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.meshes.parts import GROUND, notes_of
+from taichi_tracer.meshes.parts import notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
@@ -69,12 +70,14 @@ class SceneData(KnownAttributes, RayQueries):
             light a scene without any light by ``USUAL_LIGHT``.
         lights_of_file: how many of ``lights`` are from there; they are the first ones.
         notes: what the user should know about the input, one line each.
+        given_mesh, given: the arguments of which it was made, with the defaults of the options.
     """
 
     @one_at_a_time
     @with_options(SceneOptions, SCENE_DEFAULTS)
     def __init__(self, mesh: Mesh, **options: "Unpack[SceneOptions]") -> None:
-        given = all_options("SceneData", options, SCENE_DEFAULTS)
+        self.given_mesh, self.given = mesh, all_options("SceneData", options, SCENE_DEFAULTS)
+        given = self.given
         chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
         up_of(up_axis)  # raises the error for an unknown name before anything is made
         runtime.ensure()
@@ -89,7 +92,7 @@ class SceneData(KnownAttributes, RayQueries):
         self.effects_mode, self.version = given["effects"], 0
         self.shots: tuple = ()
         self.lights_of_file = len(mesh.lights)
-        self.up_axis, self.smooth, self.instances_mode = up_axis, given["smooth"], given["instances"]
+        self.up_axis, self.ground = up_axis, given["ground"]
         self.chosen = chosen if isinstance(chosen, type) else type(chosen)
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
@@ -122,11 +125,6 @@ class SceneData(KnownAttributes, RayQueries):
         self._view_of = view_of_mesh if view is None else view
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
         self._in_kernels = Lru(KEPT_FORMS)
-
-    @property
-    def ground(self) -> bool:
-        """Whether a large square lies under everything."""
-        return any(self.mesh.materials[i].name == GROUND.name for i in self.mesh.used_materials())
 
     @property
     def parts(self) -> tuple[Any, ...]:
@@ -242,29 +240,16 @@ class SceneData(KnownAttributes, RayQueries):
 
 def again(former: SceneData, **changes: Any) -> SceneData:
     """A new scene with the primitives and parts of another one, except for some arguments of ``SceneData``."""
-    own = {
+    own: dict[str, Any] = {
+        **former.given,
         "intersector": former.chosen,
-        "triangle_test": former.ray_intersector.triangle_test,
         "view": former._view_of if former.view is former._computed_view else former.view,
         "environment": former.environment,
-        "effects": former.effects_mode,
         "background": former.background,
-        "brdfs": list(reversed(former.material_library.brdfs)),  # the last one of the library is asked first
         "lights": former.lights,
-        "up_axis": former.up_axis,
-        "lamp_choice": former.lamps.choice,
-        "two_sided_lamps": former.lamps.two_sided,
-        "instances": former.instances_mode,
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the primitives that are dropped were reported when this scene was made
-        placed = former.mesh.placed
-        if placed is not None:
-            own["smooth"] = former.smooth
-        mesh = former.mesh if placed is None else placed.group
-        if former.ground and not changes.get("ground", True):
-            mesh = off_ground(mesh)
-        own["ground"] = bool(changes.pop("ground", False)) and not former.ground
-        scene = SceneData(mesh, **own | changes)
-    scene.shots, scene.notes = former.shots, former.notes
+        scene = SceneData(replace(former.given_mesh, lights=[]), **own | changes)
+    scene.shots, scene.notes, scene.lights_of_file = former.shots, former.notes, former.lights_of_file
     return scene

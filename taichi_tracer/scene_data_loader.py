@@ -180,12 +180,9 @@ def load_scene_data(
     if isinstance(name_or_path, SceneName):
         name_or_path = find_course_file(name_or_path, [".obj"])
     path = find_scene(name_or_path)
-    if is_document(path) and is_file(options.get("up_axis", FILE)):
-        options.pop("up_axis", None)
-    if is_file(options.get("environment", FILE)):
-        options.pop("environment", None)
-    if is_file(options.get("background", FILE)):
-        options.pop("background", None)
+    for name in ("up_axis", "environment", "background"):
+        if is_file(options.get(name)):
+            del options[name]  # type: ignore[misc]  # a name of an option
     if is_document(path):
         return scene_of_document(import_quickly("taichi_tracer.rt3.document").read_rt3(path), **options)
     mesh = read(path)

@@ -61,9 +61,9 @@ def test_an_image_file_is_decoded_from_srgb(tmp_path):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        ([[1, 2]], "has the shape (height, width, 3), not (1, 2)"),
-        (np.full((2, 2, 3), np.nan), "not nan (row 0, column 0)"),
-        ((0.5, -1, 0), "at least 0, not -1"),
+        ([1, 2], "has the shape (height, width, 3), not (2,)"),
+        (np.full((2, 2, 3), np.nan), "a colour is not finite at row 0, column 0: nan"),
+        ((0.5, -1, 0), "a colour is negative at row 0, column 0: -1"),
         ("missing.png", "missing.png: no such file"),
         ("missing.gif", "unknown image type"),
     ],

@@ -81,6 +81,14 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     assert type(other.ray_intersector) is type(scene.ray_intersector)
 
 
+def test_lights_of_the_file_and_the_ground_are_there_once():
+    scene = tt.scene_from_mesh(Mesh(*SQUARE, lights=[("point", {})]))
+    with_ground = again(scene, ground=True)
+    without = again(again(with_ground), ground=False)
+    assert [len(one.lights) for one in (scene, with_ground, without)] == [1, 1, 1]
+    assert [one.num_triangles for one in (scene, with_ground, without)] == [2, 4, 2]
+
+
 def test_a_scene_that_cannot_be_made_leaves_taichi_usable():
     with pytest.raises(tt.InputError):
         tt.SceneData(Mesh(*SQUARE), brdfs=[7])

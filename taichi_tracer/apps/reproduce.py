@@ -79,7 +79,7 @@ def scene_settings(scene: SceneData, base: RenderSettings) -> RenderSettings:
         lamp_choice=scene.lamps.choice.name if scene.lamps.count > 1 else None,
         two_sided_lamps=scene.lamps.two_sided,
         effects=None if scene.effects_mode == "scene" else scene.effects_mode,
-        smooth=SMOOTH if scene.smooth is True else scene.smooth or None,
+        smooth=SMOOTH if scene.given["smooth"] is True else scene.given["smooth"] or None,
         ground=scene.ground,
         precision=None if runtime.current().precision == "f32" else runtime.current().precision,
         **{name: getattr(light, name) for name in OF_LIGHT if light is not None and is_changed(light, name)},

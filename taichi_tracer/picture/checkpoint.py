@@ -2,13 +2,11 @@
 
 import hashlib
 import json
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
-from taichi_tracer.materials import TEXTURES, Material
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -16,7 +14,6 @@ from taichi_tracer.system.errors import InputError
 PACKAGE = "taichi_tracer."
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
-ADDED = ("Km", *TEXTURES)  # members of materials that fingerprints have only where a material has them
 SHARES = "shares"  # the array of a picture whose pixels do not all take the same samples
 
 
@@ -89,7 +86,7 @@ def load(renderer, path: str | Path) -> None:
 def fingerprint(scene: SceneData) -> str:
     """A hash of everything in the scene on which a picture depends."""
     mesh, sky = scene.mesh, scene.environment
-    digest = hashlib.sha256(described(mesh.materials).encode())
+    digest = hashlib.sha256(repr(list(mesh.materials)).encode())
     arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
     arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
     arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
@@ -111,16 +108,3 @@ def fingerprint(scene: SceneData) -> str:
         digest.update(f"{array.shape} {array.dtype}".encode())
         digest.update(np.ascontiguousarray(array).data)
     return digest.hexdigest()[:FINGERPRINT_DIGITS]
-
-
-def described(materials: list[Material]) -> str:
-    """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
-    unset = Material()
-    later = [
-        f.name
-        for f in fields(Material)
-        if f.name in ADDED and all(getattr(m, f.name) == getattr(unset, f.name) for m in materials)
-    ]
-    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name not in later} for m in materials]
-    words = ["Material(" + ", ".join(f"{name}={value!r}" for name, value in one.items()) + ")" for one in members]
-    return f"[{', '.join(words)}]"

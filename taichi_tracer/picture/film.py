@@ -319,11 +319,11 @@ class Film:
         counts = self.counts()[x0:x1, y0:y1].T.ravel()
         return None if self.samples == 0 or (counts == self.samples).all() else counts / self.samples
 
-    def share_of_largest(self, image: np.ndarray, spread: Spread | None = None) -> np.ndarray | None:
+    def share_of_largest(self, image: np.ndarray, spread: Spread) -> np.ndarray | None:
         """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.
 
         Args:
-            image: of ``image``. spread: of the film, if it was read already.
+            image, spread: of the film.
 
         Returns:
             (m − μ)/n for the largest m of n samples with mean μ, of which each is a mean of red, green and blue:
@@ -331,7 +331,6 @@ class Film:
         """
         if self.halves == 1:
             return None
-        spread = self.spread() if spread is None else spread
         mean = sum(image[..., k].astype(np.float64) for k in range(3)) / 3  # numpy is slow along an axis of three
         above = upright(self.memory.read(self.largest), np.float64) - mean
         return np.maximum(0, above) / np.maximum(spread.counts, 1)

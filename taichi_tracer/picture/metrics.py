@@ -83,9 +83,9 @@ def shift_of(
     return shift, error, math.copysign(min(abs(of_blocks), abs(shift) / error), of_blocks)
 
 
-def blocks_of(values: np.ndarray) -> np.ndarray:
+def blocks_of(values: np.ndarray, side: int = BLOCK_SIDE) -> np.ndarray:
     """(rows, columns) the means of square blocks of (h, w) values; what is left over at the ends is not in them."""
-    side = min(BLOCK_SIDE, *values.shape)
+    side = min(side, *values.shape)
     height, width = (n // side for n in values.shape)
     return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3))
 
@@ -97,15 +97,6 @@ def typical_error(film: Film) -> float:
     """
     image = film.own_pixels(film.image()).astype(np.float64).mean(axis=2)
     variance = film.own_pixels(film.variance_of_mean()).astype(np.float64).mean(axis=2)
-    height, width = (max(BLOCK, BLOCK * (side // BLOCK)) for side in image.shape)
-    blocks = [mean_of_blocks(values[:height, :width]) for values in (image, variance)]
+    blocks = [blocks_of(values, BLOCK) for values in (image, variance)]
     is_lit = (blocks[0] > 0) & np.isfinite(blocks[1])
     return float(np.median(np.sqrt(blocks[1][is_lit]) / blocks[0][is_lit])) if is_lit.any() else math.nan
-
-
-def mean_of_blocks(values: np.ndarray) -> np.ndarray:
-    """The mean of each block of an array whose sides are multiples of ``BLOCK``; of all of it, where it is smaller."""
-    height, width = values.shape
-    if height % BLOCK or width % BLOCK:
-        return values.mean(keepdims=True)
-    return values.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK).mean(axis=(1, 3))

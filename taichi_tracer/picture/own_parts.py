@@ -9,35 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import NotFiniteWarning
 from taichi_tracer.system.own_code.interface import is_packages
 from taichi_tracer.system.parts.overrides import replaced
 
-FEW_PIXELS = 10  # across the scene, that the rounding of a distance must leave
 SIDE = 8  # rays of a camera that are looked at, along each axis
 MOST_RAYS, MOST_SAMPLES = 0.5, 0.1  # that are not finite: a larger fraction is a mistake of the part
 
 
 def note_numbers(renderer: Any) -> None:
-    """Note what is wrong with the rays and the samples of own parts, and a camera that is too far away."""
-    note_distance(renderer)
+    """Note what is wrong with the rays and the samples of own parts."""
     if replaced(renderer.camera):
         note_rays(renderer.camera)
     parts = renderer, renderer.active, renderer.sampler, *renderer.scene_data.parts
     if not all(is_packages(type(part)) and not replaced(part) for part in parts):
         note_samples(renderer)
-
-
-def note_distance(renderer: Any) -> None:
-    """Note that the eye is so far from the scene that the running precision cannot tell its pixels apart."""
-    geometry, camera = renderer.scene_data.geometry, renderer.camera
-    size = float(np.linalg.norm(geometry.high - geometry.low))
-    middle = (geometry.high + geometry.low) / 2
-    distance = float(np.linalg.norm(np.asarray(camera.eye, np.float64) - middle))
-    if size > 0 and distance * runtime.epsilon() > size / FEW_PIXELS:
-        text = f"the eye is {distance:.1g} away from the scene, {distance / size:.1g} times its size"
-        warnings.warn(f"{text}: numbers of {runtime.dtype().__name__} cannot tell its pixels apart", stacklevel=4)
 
 
 def note_rays(camera: Any) -> None:

@@ -11,43 +11,28 @@ from taichi_tracer.system.fields import memory
 GAMMA = 2.2
 
 
-@ti.data_oriented
-class Postprocessed:
-    """A copy of a canvas, of the same size.
-
-    Attributes:
-        canvas: the field [x, y] of RGB vectors.
-    """
-
-    def __init__(self, width: int, height: int) -> None:
-        self._memory = memory.Memory()
-        self.canvas = ti.Vector.field(3, float)
-        self._memory.fields.dense(ti.ij, (width, height)).place(self.canvas)
-        self._memory.allocate()
-
-    def copy_from(self, canvas: Any) -> None:
-        """Show another canvas."""
-        self._memory.check("canvas")
-        self._copy_from(canvas)
-
-    @ti.kernel
-    def _copy_from(self, canvas: ti.template()):
-        for x, y in self.canvas:
-            self.canvas[x, y] = tm.clamp(canvas[x, y], 0, 1) ** (1 / GAMMA)
-
-
 class PostprocessedMixin:
     """The methods of the course that show a picture of light with a power of 1/2.2; ``canvas`` stays linear."""
 
+    canvas: Any
+    width: int
+    height: int
+
     @functools.cached_property
-    def _postprocessed(self) -> Postprocessed:
-        return Postprocessed(self.width, self.height)  # type: ignore[attr-defined]
+    def canvas_postprocessed(self) -> Any:
+        """The Taichi field [x, y] of RGB vectors that ``postprocess`` writes, as ``canvas``."""
+        self._memory_postprocessed = memory.Memory()
+        shown = ti.Vector.field(3, float)
+        self._memory_postprocessed.fields.dense(ti.ij, (self.width, self.height)).place(shown)
+        self._memory_postprocessed.allocate()
+        return shown
 
     def postprocess(self) -> None:
         """Write ``canvas_postprocessed``."""
-        self._postprocessed.copy_from(self.canvas)  # type: ignore[attr-defined]
+        _postprocess(self.canvas, self.canvas_postprocessed)
 
-    @property
-    def canvas_postprocessed(self) -> Any:
-        """The Taichi field that ``postprocess`` writes, as ``canvas``."""
-        return self._postprocessed.canvas
+
+@ti.kernel
+def _postprocess(canvas: ti.template(), shown: ti.template()):
+    for x, y in shown:
+        shown[x, y] = tm.clamp(canvas[x, y], 0, 1) ** (1 / GAMMA)

@@ -144,14 +144,10 @@ class Progress:
         if most == 1 or not self._recent:
             return 1
         seconds = self._of_pass * self.seconds_per_sample
-        left = [most, AT_ONCE / seconds]
-        if self.target.spp is not None:
-            left.append((self.target.spp - self.samples) / self._of_pass)
-        if self.target.time is not None:
-            left.append((self.target.time - self.seconds) / seconds)
+        until = self._samples_until()
         if self.target.error is not None:
-            left.append((self._next_look - self.samples) / self._of_pass)
-        return max(1, int(min(left)))
+            until["error"] = self._next_look - self.samples
+        return max(1, int(min(most, AT_ONCE / seconds, *(left / self._of_pass for left in until.values()))))
 
     def look(self, estimate) -> None:
         """Estimate the error with ``estimate()``, if an estimate is due; near the target, it is due more often."""
@@ -192,19 +188,21 @@ class Progress:
             return False
         return self.seconds + self._of_pass * self.seconds_per_sample / 2 > target.time
 
+    def _samples_until(self) -> dict[str, float]:
+        """Target → the predicted number of samples until it is reached; NaN if no prediction is possible."""
+        target, found = self.target, {}
+        if target.spp is not None:
+            found["spp"] = target.spp - self.samples
+        if target.time is not None:
+            found["time"] = (target.time - self.seconds) / self.seconds_per_sample
+        if target.error is not None:
+            found["error"] = self.samples_left
+        return found
+
     @property
     def seconds_left(self) -> float:
         """The predicted time until the first target is reached; NaN if no prediction is possible."""
-        left = []
-        if self.target.spp is not None:
-            left.append((self.target.spp - self.samples) * self.seconds_per_sample)
-        if self.target.time is not None:
-            left.append(self.target.time - self.seconds)
-        if self.target.error is not None:
-            left.append(self.samples_left * self.seconds_per_sample)
-        if any(math.isnan(seconds) for seconds in left):
-            return math.nan
-        return max(0.0, min(left, default=math.nan))
+        return float(np.maximum(0.0, soonest(self._samples_until()) * self.seconds_per_sample))
 
     @property
     def samples_to_come(self) -> float:
@@ -212,14 +210,8 @@ class Progress:
 
         NaN if that is unknown, or if only the number of samples is a target: then nothing else shall change it.
         """
-        found = []
-        if self.target.error is not None:
-            found.append(self.samples_left)
-        if self.target.time is not None:
-            found.append((self.target.time - self.seconds) / self.seconds_per_sample)
-        if found and self.target.spp is not None:
-            found.append(self.target.spp - self.samples)
-        return math.nan if any(math.isnan(number) for number in found) else min(found, default=math.nan)
+        found = self._samples_until()
+        return math.nan if list(found) == ["spp"] else soonest(found)
 
     @property
     def samples_left(self) -> float:
@@ -232,6 +224,11 @@ class Progress:
         if n >= FIT_SPAN * now[0][0]:
             power += CAUTION * min(max(-slope(now) - power, 0.0), MOST_EXTRA_SLOPE)
         return n * (max(error, self.error.high) / self.target.error) ** (1 / power) - self.samples
+
+
+def soonest(until: dict[str, float]) -> float:
+    """The smallest number; NaN if one is NaN, or if there is none."""
+    return float(np.min(list(until.values()) or [math.nan]))
 
 
 def two_digits(fraction: float) -> str:

@@ -71,7 +71,7 @@ def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubl
     image = film.image()
     share = np.zeros((8, 8))
     share[8 - 1 - 5, 3] = (160 - 20) / 16
-    np.testing.assert_allclose(film.share_of_largest(image), share, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(film.share_of_largest(image, film.spread()), share, rtol=1e-6, atol=1e-6)
     told, mean = film.error(), (63 + 20) / 64
     assert told == 0
     factor = math.sqrt(stats.f.ppf(0.975, 2, 2))
