@@ -25,7 +25,7 @@ __version__ = "0.2.0"
 # Public name → the module that defines it. ``__init__.pyi`` says the same to editors and type checkers.
 _HOME_OF = {
     "init": "system.runtime",
-    "register": "system.parts.registry",
+    "register": "system.parts",
     "InputError": "system.errors",
     "StaleSceneError": "system.errors",
     "Ray": "ray",

@@ -54,7 +54,7 @@ from taichi_tracer.scene_data_loader import scene_from_mesh as scene_from_mesh
 from taichi_tracer.scene_data_loader import scene_names as scene_names
 from taichi_tracer.system.errors import InputError as InputError
 from taichi_tracer.system.errors import StaleSceneError as StaleSceneError
-from taichi_tracer.system.parts.registry import register as register
+from taichi_tracer.system.parts import register as register
 from taichi_tracer.system.runtime import init as init
 from taichi_tracer.textures import Texture as Texture
 from taichi_tracer.tones.base import Tone as Tone

@@ -11,10 +11,7 @@ import taichi as ti
 from numpy.typing import ArrayLike
 
 from taichi_tracer.environment import checked, read_linear
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system import memory, runtime
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order in the scene files
 
@@ -38,12 +35,12 @@ class Background:
         runtime.ensure()
         self.what, self.corners = what, corners
         self.pixels = checked(texels, what, "a background", "a colour")
-        self.rows, self.columns = map(varying, self.pixels.shape[:2])
+        self.rows, self.columns = map(memory.varying, self.pixels.shape[:2])
         self._memory = memory.Memory()
         self.texels = ti.Vector.field(3, float)
         self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)
         self._memory.allocate()
-        tables = Tables()
+        tables = memory.Tables()
         tables.put(self.texels, self.pixels)
         tables.load(self._memory)
 

@@ -21,8 +21,7 @@ from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, compile_time_as, element
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable, takes, takes_whole_numbers
-from taichi_tracer.system.parts.registry import PARTS, register
+from taichi_tracer.system.parts import PARTS, call_with_known_args, overridable, register, takes, takes_whole_numbers
 from taichi_tracer.system.types import Numbers
 
 

@@ -10,17 +10,12 @@ import taichi.math as tm
 from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
-from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import element, runs_in_kernels
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import element, inside_kernel, runs_in_kernels
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.own_code.source import fault
-from taichi_tracer.system.parts.attributes import AbstractAnnotation, KnownAttributes
-from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.system.threads import inside_kernel
+from taichi_tracer.system.own_code.checks import fault
+from taichi_tracer.system.parts import AbstractAnnotation, KnownAttributes, replaced
 from taichi_tracer.system.types import Numbers
 
 if TYPE_CHECKING:
@@ -63,7 +58,7 @@ class Size:
     def __set__(self, camera: Any, size: int) -> None:
         if not isinstance(size, (int, float, np.number)) or not (size >= 1 and float(size).is_integer()):
             raise InputError(f"camera: {self.name} must be a whole number of at least 1, not {size!r}")
-        former = vars(camera).setdefault(self.name, varying(int(size)))
+        former = vars(camera).setdefault(self.name, memory.varying(int(size)))
         if size != former:
             advice = f"make a renderer, or a camera, with {self.name}={int(size)}"
             raise InputError(f"camera: {self.name} is {former} and cannot be changed to {size}: {advice}")
@@ -122,7 +117,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         self._memory.fields.dense(ti.i, 10).place(self._numbers)
         self._memory.allocate()
         # Of the numbers alone, and with the matrix: a kernel that loads tables is read for a fixed list of them.
-        self._numbers_alone, self._tables = Tables(), Tables()
+        self._numbers_alone, self._tables = memory.Tables(), memory.Tables()
         self._load()
 
     def set_camera_parameters(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.system.parts import replaced
 
 MODES = ("scene", "all")
 

@@ -12,17 +12,11 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
-from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import element
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import element, inside_kernel
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.attributes import KnownAttributes
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import PARTS
-from taichi_tracer.system.threads import inside_kernel
+from taichi_tracer.system.parts import PARTS, KnownAttributes, overridable
 
 LOOKUPS = ("nearest", "bilinear")
 
@@ -68,7 +62,7 @@ class Environment(KnownAttributes):
         self.name = name = name or self.name or "environment"
         self.lookup = lookup
         self.pixels = checked(image, name)
-        self.height, self.width = map(varying, self.pixels.shape[:2])
+        self.height, self.width = map(memory.varying, self.pixels.shape[:2])
         if self.width != 2 * self.height and (self.width, self.height) != (1, 1):
             warnings.warn(
                 f"{name}: {self.width}×{self.height} is not twice as wide as high, so it is stretched over the sphere",
@@ -86,7 +80,7 @@ class Environment(KnownAttributes):
         builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
         builder.dense(ti.i, 2).place(self.settings)  # the intensity, and the rotation as a fraction of a full turn
         self._memory.allocate()
-        tables = Tables()
+        tables = memory.Tables()
         tables.put(self.texels, self.pixels)
         tables.load(self._memory)
         self._intensity, self.rotation = 1.0, 0.0

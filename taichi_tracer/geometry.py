@@ -12,9 +12,7 @@ from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.memory import Memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.memory import Memory, Tables, varying
 
 # Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
 MANY_TRIANGLES = 200_000

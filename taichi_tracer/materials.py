@@ -12,10 +12,8 @@ from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, printable
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.parts.attributes import Spelled
-from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.memory import Tables
+from taichi_tracer.system.parts import PARTS, Spelled, replaced
 
 COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
 TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a material that are textures

@@ -30,8 +30,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MicrofacetBRDF, Sampler, UniformSampler
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, replaced
 
 if TYPE_CHECKING:
     from taichi_tracer.integrators.base import Integrator

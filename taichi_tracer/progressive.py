@@ -17,13 +17,12 @@ from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.renderer_parts import RendererParts
 from taichi_tracer.system import compiling
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, one_at_a_time
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.own_code.rules import note_change, values_of
-from taichi_tracer.system.parts.overrides import adapt_signature, call_with_known_args, overridable
+from taichi_tracer.system.own_code.checks import note_change, values_of
+from taichi_tracer.system.parts import adapt_signature, call_with_known_args, overridable
 from taichi_tracer.system.stopwatch import KERNELS_MADE, LIGHTS, SAMPLES, stage
-from taichi_tracer.system.threads import one_at_a_time
 
 if TYPE_CHECKING:
     from typing_extensions import Self

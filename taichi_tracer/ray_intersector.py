@@ -15,8 +15,7 @@ from taichi_tracer.formulas.triangles import TriangleTest, plane_distance, stabl
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.overrides import overridable, replaced
-from taichi_tracer.system.parts.registry import PARTS, register
+from taichi_tracer.system.parts import PARTS, overridable, register, replaced
 
 
 @ti.data_oriented

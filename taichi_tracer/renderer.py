@@ -17,13 +17,11 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer_parts import IntegratorChoice
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, inside_kernel
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
-from taichi_tracer.system.parts.registry import PARTS, register
-from taichi_tracer.system.threads import inside_kernel
+from taichi_tracer.system.parts import PARTS, call_with_known_args, overridable, register
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -21,14 +21,11 @@ from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
 from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.own_code.rules import Values
-from taichi_tracer.system.parts.attributes import KnownAttributes
-from taichi_tracer.system.parts.overrides import replaced, why_replaced
-from taichi_tracer.system.parts.registry import PARTS
-from taichi_tracer.system.threads import one_at_a_time
+from taichi_tracer.system.own_code.checks import Values
+from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
 from taichi_tracer.unseen.unseen_light import UnseenLight

@@ -21,7 +21,7 @@ from taichi_tracer.formulas.random_numbers import RandomNumbers, given_or_drawn
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler  # as the handout names it
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts import overridable
 
 DEFAULT_SAMPLER, ADAPTIVE_SAMPLER = "niederreiter", "niederreiter_two"  # of pictures; of adaptive ones
 

@@ -35,15 +35,11 @@ from taichi_tracer.options import (
     with_options,
 )
 from taichi_tracer.ray import RayQueries
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.lru import Lru
-from taichi_tracer.system.parts.attributes import KnownAttributes
-from taichi_tracer.system.parts.overrides import replaced, why_replaced
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
-from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.textures import Textures
 
 if TYPE_CHECKING:
@@ -124,7 +120,7 @@ class SceneData(KnownAttributes, RayQueries):
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
         self._view_of = view_of_mesh if view is None else view
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
-        self._in_kernels = Lru(KEPT_FORMS)
+        self._in_kernels = memory.Lru(KEPT_FORMS)
 
     @property
     def parts(self) -> tuple[Any, ...]:

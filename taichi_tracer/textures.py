@@ -17,7 +17,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.materials import TEXTURES, Material
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.memory import Tables
 
 if TYPE_CHECKING:
     from taichi_tracer.geometry import Mesh

@@ -7,7 +7,7 @@ import pytest
 from support import start
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 # Taichi keeps 100 MB of compiled kernels; those of all tests are more, and would push each other out in every run.
 os.environ.setdefault("TI_OFFLINE_CACHE_MAX_SIZE_OF_FILES", str(10**9))

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import arrays
+from taichi_tracer.system import memory, runtime
 
 ARCH = os.environ.get("TAICHI_TRACER_TESTS_ARCH", "cpu")  # of contract tests and of the course's scripts
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
@@ -45,7 +44,7 @@ def needs_patch(name: str) -> None:
 def needs_arrays() -> None:
     """Skip the test where fields are Taichi's own, and not in numpy's memory."""
     needs_patch("arguments")
-    if not arrays.are_possible():
+    if not memory.arrays_are_possible():
         pytest.skip("fields are Taichi's own on a GPU and in debug mode")
 
 
@@ -53,5 +52,5 @@ def needs_arrays() -> None:
 def without_arrays() -> Iterator[None]:
     """The fields of each ``Memory`` that is made within this context are Taichi's own."""
     with pytest.MonkeyPatch.context() as undo:
-        undo.setattr(arrays, "are_possible", lambda: False)
+        undo.setattr(memory, "arrays_are_possible", lambda: False)
         yield

@@ -9,7 +9,8 @@ from support import start
 
 from taichi_tracer.apps import cli
 from taichi_tracer.studies import hard_cases
-from taichi_tracer.studies.hard import meshes, oracle
+from taichi_tracer.studies.hard import oracle
+from taichi_tracer.studies.hard.case import as_f32, box, edges_of, normals_of, sphere
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
 from taichi_tracer.studies.hard.modes import COUNTS, Promise, RayMode, promise_of
@@ -45,10 +46,10 @@ def by_fractions(o, d, corners):
 
 def test_the_exact_oracle_agrees_with_fractions(rng):
     n = 300
-    corners = meshes.as_f32(rng.normal(size=(n, 3, 3)) * 10.0 ** rng.integers(-20, 20, (n, 1, 1)))
+    corners = as_f32(rng.normal(size=(n, 3, 3)) * 10.0 ** rng.integers(-20, 20, (n, 1, 1)))
     corners[::3] = rng.integers(-2, 3, corners[::3].shape)
-    o = meshes.as_f32(corners.mean(axis=1) + rng.normal(size=(n, 3)) * np.abs(corners).max(axis=(1, 2))[:, None])
-    d = meshes.as_f32((corners * rng.dirichlet((1, 1, 1), n)[:, :, None]).sum(axis=1) - o)
+    o = as_f32(corners.mean(axis=1) + rng.normal(size=(n, 3)) * np.abs(corners).max(axis=(1, 2))[:, None])
+    d = as_f32((corners * rng.dirichlet((1, 1, 1), n)[:, :, None]).sum(axis=1) - o)
     o[::3] = rng.integers(-4, 5, o[::3].shape)
     d[::3] = corners[::3, 0] - o[::3]
     position, t = oracle.exact_hit(o, d, corners)
@@ -60,14 +61,14 @@ def test_the_exact_oracle_agrees_with_fractions(rng):
 
 
 def test_closed_meshes_are_closed():
-    for vertices, faces in (meshes.sphere(12, 7, 2.0, (3, 4, 5)), meshes.box((0, 0, 0), (1, 2, 3))):
+    for vertices, faces in (sphere(12, 7, 2.0, (3, 4, 5)), box((0, 0, 0), (1, 2, 3))):
         directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         assert len({tuple(e) for e in directed}) == len(directed)  # each edge once each way: closed and oriented
         assert {tuple(e) for e in directed} == {tuple(e[::-1]) for e in directed}
         centre = vertices.mean(axis=0)
-        outward = (meshes.normals_of(vertices, faces) * (vertices[faces[:, 0]] - centre)).sum(axis=1)
+        outward = (normals_of(vertices, faces) * (vertices[faces[:, 0]] - centre)).sum(axis=1)
         assert (outward > 0).all()
-        assert len(meshes.edges_of(faces)) * 2 == len(directed)
+        assert len(edges_of(faces)) * 2 == len(directed)
 
 
 # ── what it passes and what it fails ──

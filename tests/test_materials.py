@@ -12,8 +12,7 @@ from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory, runtime
 
 SHIPPED = (Diffuse(), Phong(), Mirror(), Microfacet())
 

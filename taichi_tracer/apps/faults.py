@@ -8,8 +8,8 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
+from taichi_tracer.system.own_code.checks import shown_place
 from taichi_tracer.system.own_code.faults import fault_of
-from taichi_tracer.system.own_code.source import shown_place
 
 # What Python or Taichi says of code outside of kernels → what it means.
 MEANINGS = {

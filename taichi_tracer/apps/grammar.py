@@ -77,10 +77,10 @@ def load(target: str) -> Callable:
 def load_parts(paths: Sequence[str]) -> None:
     """Run the files of ``--parts``, once, before any name is looked up."""
     if paths:
-        from taichi_tracer.system.parts import registry
+        from taichi_tracer.system.parts import load_parts as load_file
 
         for path in paths:
-            registry.load_parts(path)
+            load_file(path)
             if os.path.isdir(path):
                 for text in load("taichi_tracer.course.use:in_use")().notes():
                     note(f"--course {path}: {text}")

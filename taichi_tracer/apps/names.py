@@ -13,8 +13,7 @@ from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.parts.overrides import unfinished
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, unfinished
 
 VIEW = "normal"  # what a picture shows when nobody says it
 ALL = "all"  # every view of the renderer that shows ``VIEW``

@@ -33,7 +33,7 @@ from taichi_tracer.settings import (
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import size
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.system.stopwatch import TAICHI, stage
 from taichi_tracer.tones.display import Display
 

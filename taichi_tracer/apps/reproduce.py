@@ -21,7 +21,7 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.settings import NO_NAME, OPTIONS, SMOOTH, RenderSettings, words_of
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 
 def as_command(renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.parts.overrides import overridable, replaced
+from taichi_tracer.system.parts import overridable, replaced
 
 
 @ti.data_oriented

@@ -7,8 +7,7 @@ import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.formulas.warps import cosine_hemisphere
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @register

@@ -9,7 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable, replaced, unfinished
+from taichi_tracer.system.parts import call_with_known_args, overridable, replaced, unfinished
 
 
 @ti.data_oriented

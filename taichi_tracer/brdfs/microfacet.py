@@ -24,8 +24,7 @@ from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.random_numbers import given_or_drawn
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 # Below this roughness, the rounding of two directions in f32, 1e-7, changes D by more than 1 %: a mirror stands in.
 SMOOTH_BELOW = 2.0**-14

@@ -8,8 +8,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.brdfs.phong import MIRROR_FROM
 from taichi_tracer.formulas.frames import mirrored
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @register

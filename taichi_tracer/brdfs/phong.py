@@ -8,8 +8,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.warps import power_cosine
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 # The exponent Ns at which the width of the lobe, about 1/√Ns, is the ε of f32: from here on, the lobe is a mirror's. A
 # scene means the same in f64. Its directions are finer, but one of 2⁴⁶ samples of a light would fall into such a lobe:

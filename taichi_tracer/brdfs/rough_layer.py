@@ -19,8 +19,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import LAYERED, Microfacet, schlick
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 BASE, LAYER = Diffuse(), Microfacet()
 LAYER_F0 = 0.04  # an index of refraction of 1.5

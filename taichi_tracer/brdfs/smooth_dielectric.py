@@ -10,8 +10,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 GLASS = 7  # the ``illum`` of MTL files for "transparency: refraction on, reflection: Fresnel on and ray trace on"
 

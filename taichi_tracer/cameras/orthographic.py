@@ -6,8 +6,7 @@ import taichi.math as tm
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.ray import Ray
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 from taichi_tracer.system.types import Numbers
 
 

@@ -18,8 +18,7 @@ from taichi_tracer.contracts.statistics import (
     uniform_pairs,
 )
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory, runtime
 
 SAMPLES = 50_000
 NORMALS = np.array([[0, 0, 1], [0, 0, -1], [0.6, -0.48, 0.64]])

@@ -11,7 +11,7 @@ import taichi_tracer as tt
 from taichi_tracer.contracts.lab import lattice, soup, sphere
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 TRUTH = tt.BruteForceRayIntersector
 RAYS = 40_000

@@ -21,7 +21,7 @@ from taichi_tracer.contracts import (
     views,
 )
 from taichi_tracer.contracts.statistics import SphereCells
-from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.system.parts import replaced
 
 Step = tuple[str, Callable[[], Any]]  # what is checked, and the check
 

@@ -19,9 +19,8 @@ import taichi_tracer as tt
 from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
-from taichi_tracer.system.own_code.interface import check_method, check_parameters
-from taichi_tracer.system.own_code.source import fault, is_empty
-from taichi_tracer.system.parts.overrides import Unfinished, call_with_known_args, gives_of, written
+from taichi_tracer.system.own_code.checks import check_method, check_parameters, fault, is_empty
+from taichi_tracer.system.parts import Unfinished, call_with_known_args, gives_of, written
 
 # The handout's methods of each class: where one of them is judged alone, the others are the package's.
 HANDOUT = {

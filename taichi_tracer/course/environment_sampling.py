@@ -12,7 +12,7 @@ from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.tables import filled
+from taichi_tracer.system.memory import filled
 
 
 @ti.data_oriented

@@ -10,10 +10,10 @@ import taichi.math as tm
 from taichi_tracer.environment import Environment
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.course_fields import held
-from taichi_tracer.system.fields.tables import filled
-from taichi_tracer.system.parts.overrides import call_with_known_args
-from taichi_tracer.system.threads import inside_kernel
+from taichi_tracer.system.memory import filled
+from taichi_tracer.system.parts import call_with_known_args
 
 
 @ti.func

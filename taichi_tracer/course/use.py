@@ -14,8 +14,7 @@ from taichi_tracer.course import adapters, files
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.overrides import unfinished
-from taichi_tracer.system.parts.registry import where_in
+from taichi_tracer.system.parts import unfinished, where_in
 
 ABSENT = object()
 # The class of this package whose methods an adapter of the same name has.

@@ -13,9 +13,8 @@ import numpy as np
 import taichi as ti
 from taichi.lang import expr, impl, struct
 
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.fields import memory
 
 MOST_KINDS = 64  # of steps that are limited; a picture has about ten of them
 CAPACITY = 1 << 18  # numbers; a path of 64 bounces needs less

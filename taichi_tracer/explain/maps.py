@@ -21,9 +21,8 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.fields.lru import Lru
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import PARTS, register
+from taichi_tracer.system.memory import Lru
+from taichi_tracer.system.parts import PARTS, overridable, register
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up

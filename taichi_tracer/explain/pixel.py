@@ -14,10 +14,10 @@ from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_i
 from taichi_tracer.explain.steps import steps_of
 from taichi_tracer.explain.terms import terms_of
 from taichi_tracer.picture.film import Film
+from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.parts.observed import after, observed
+from taichi_tracer.system.observed import after, observed
 from taichi_tracer.system.some_pixels import SomePixels
 
 LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too

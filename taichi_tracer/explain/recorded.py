@@ -13,7 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer.explain.log import Log
 from taichi_tracer.integrators.path_settings import PathSettings
-from taichi_tracer.system.parts.observed import Observer, after, observed, observed_scene
+from taichi_tracer.system.observed import Observer, after, observed, observed_scene
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @ti.data_oriented

@@ -18,7 +18,7 @@ from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.overrides import is_as_written, overridable
+from taichi_tracer.system.parts import is_as_written, overridable
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.fields.tables import filled
+from taichi_tracer.system.memory import filled
 
 
 @dataclass(frozen=True)

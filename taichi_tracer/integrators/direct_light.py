@@ -18,8 +18,7 @@ from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, pairs, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable, replaced
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import call_with_known_args, overridable, register, replaced
 
 
 @ti.data_oriented

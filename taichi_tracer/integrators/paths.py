@@ -20,8 +20,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @ti.data_oriented

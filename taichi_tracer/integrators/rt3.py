@@ -14,7 +14,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import LiveNumbers
 from taichi_tracer.integrators.surface_views import normal
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import register
 from taichi_tracer.system.types import Numbers
 
 

@@ -16,9 +16,8 @@ from taichi_tracer.brdfs.phong import log1p_of_negative
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.memory import varying
+from taichi_tracer.system.parts import overridable, register
 
 if TYPE_CHECKING:
     from taichi_tracer.camera import ProjectiveCamera

@@ -13,9 +13,9 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.base import View
 from taichi_tracer.integrators.controls import LiveNumbers
+from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.registry import register
-from taichi_tracer.system.threads import inside_kernel
+from taichi_tracer.system.parts import register
 from taichi_tracer.tones.heat import round_up
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within the following range

@@ -15,8 +15,8 @@ from taichi.lang import impl
 
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.parts.observed import observed, observed_scene
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.observed import observed, observed_scene
+from taichi_tracer.system.parts import register
 
 # Methods of an intersector that enter a node or try a box; those that try a triangle
 # or a sphere; and methods of a surface to one of which each direction that is sampled goes.

@@ -14,10 +14,8 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors import bvh_build
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system import memory
+from taichi_tracer.system.parts import overridable, register
 
 STACK_STEP = 64  # the stack has a multiple of this length, so that most meshes need no other kernel
 
@@ -46,7 +44,7 @@ class BVHRayIntersector(RayIntersector):
         self._memory.fields.dense(ti.i, len(box)).place(self.low, self.high, self.first, self.count, self.axis)
         self._memory.fields.dense(ti.i, max(1, len(order))).place(self.order)
         self._memory.allocate()
-        tables = Tables()
+        tables = memory.Tables()
         fields = self.low, self.high, self.first, self.count, self.axis, self.order
         for field, array in zip(fields, (box[:, :3], box[:, 3:], *links.T, order), strict=True):
             tables.put(field, np.ascontiguousarray(array))

@@ -15,10 +15,8 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.parts import overridable
 
 MOST_PARTS = 64  # of an object whose boxes are transformed to find the box of a place: more parts make it tighter
 FEW_CORNERS = 1_000_000  # that are transformed at once
@@ -174,7 +172,7 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
         self.roots = ti.field(ti.i32)  # of object: the first node of its tree
         self._memory_of_roots.fields.dense(ti.i, len(self.first_nodes)).place(self.roots)
         self._memory_of_roots.allocate()
-        tables = Tables()
+        tables = memory.Tables()
         tables.put(self.roots, np.array(self.first_nodes, np.int32))
         tables.load(self._memory_of_roots)
 

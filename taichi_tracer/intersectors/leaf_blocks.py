@@ -21,7 +21,7 @@ from taichi_tracer.intersectors.lanes import components, lanes_of, larger, share
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
-from taichi_tracer.system.fields.tables import Tables
+from taichi_tracer.system.memory import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
 

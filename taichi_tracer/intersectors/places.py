@@ -13,8 +13,7 @@ from taichi_tracer.formulas.boxes import RayBounds
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.instances import Placed
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.memory import Tables, varying
 
 
 @ti.data_oriented

@@ -31,13 +31,9 @@ from taichi_tracer.intersectors.leaf_blocks import (
 )
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.tables import Tables
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 # Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.
@@ -66,7 +62,7 @@ class WideBVH(RayIntersector):
             order, wide = tree.order, collapse(tree)
             del boxes, tree  # of a large mesh, these would need the memory of the whole scene once more
         references, places = in_blocks(np.append(wide.children, wide.root).astype(np.int32), len(ids))
-        children, self.root = references[:-1].reshape(-1, WIDTH), varying(int(references[-1]))
+        children, self.root = references[:-1].reshape(-1, WIDTH), memory.varying(int(references[-1]))
         self.depth = -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
         self.stack_size = -(-wide.stack_size // STACK_STEP) * STACK_STEP
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
@@ -90,7 +86,7 @@ class WideBVH(RayIntersector):
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
         rows = np.full(self.num_places, NO_ROW, np.int32)
         rows[places] = order
-        tables = Tables()
+        tables = memory.Tables()
         for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):
             tables.put(field, array)
         self.blocks.put(tables, rows, *leaf_triangles(geometry), ids)

@@ -4,8 +4,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.given import GivenLight
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 from taichi_tracer.system.types import Numbers
 
 

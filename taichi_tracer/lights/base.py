@@ -8,8 +8,7 @@ whether something blocks the light.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.parts.attributes import KnownAttributes
-from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts import KnownAttributes, overridable
 
 
 @ti.data_oriented

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.parts.overrides import overridable
+from taichi_tracer.system.parts import overridable
 
 
 @dataclass(frozen=True)

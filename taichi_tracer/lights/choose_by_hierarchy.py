@@ -15,9 +15,8 @@ import taichi.math as tm
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields.tables import filled
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.memory import filled
+from taichi_tracer.system.parts import overridable, register
 
 
 @dataclass

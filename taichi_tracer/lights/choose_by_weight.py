@@ -5,10 +5,8 @@ import taichi as ti
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.tables import filled
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.memory import filled, varying
+from taichi_tracer.system.parts import overridable, register
 
 CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 

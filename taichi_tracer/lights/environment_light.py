@@ -24,9 +24,8 @@ from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields.memory import Memory
-from taichi_tracer.system.fields.tables import filled
-from taichi_tracer.system.parts.overrides import overridable, replaced
+from taichi_tracer.system.memory import Memory, filled
+from taichi_tracer.system.parts import overridable, replaced
 
 EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from taichi_tracer.lights.base import Light
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields.varying import varying
+from taichi_tracer.system.memory import varying
 from taichi_tracer.system.types import Numbers
 
 

@@ -28,10 +28,8 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import runtime
-from taichi_tracer.system.fields.memory import Memory
-from taichi_tracer.system.fields.tables import filled
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
+from taichi_tracer.system.memory import Memory, filled, varying
+from taichi_tracer.system.parts import call_with_known_args, overridable
 
 # A triangle is near if its middle is closer than this, in units of the radius of a ball around it. Then points are
 # uniform in solid angle, which takes more time for a sample, and makes samples equally bright.

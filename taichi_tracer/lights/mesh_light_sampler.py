@@ -8,10 +8,9 @@ from taichi_tracer.formulas.area_lights import uniform_triangle
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.lights.choice import LampChoice, LampTable
+from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.varying import varying
-from taichi_tracer.system.parts.overrides import call_with_known_args, overridable
+from taichi_tracer.system.parts import call_with_known_args, overridable
 
 
 @ti.data_oriented
@@ -39,7 +38,7 @@ class MeshLightSampler(LampChoice):
         """Compute the areas and their cumulative distribution."""
         if (lamps.primitives < 0).any():
             raise InputError(f"{type(self).__name__} samples triangles, but a sphere emits: use lamp_choice='power'")
-        self.n_emissive_triangles = varying(len(lamps))
+        self.n_emissive_triangles = memory.varying(len(lamps))
         self._memory = memory.Memory()
         self.emissive_triangle_ids, self.cdf, self.areas = ti.field(ti.i32), ti.field(float), ti.field(float)
         triangles = self._memory.fields.dense(ti.i, self.n_emissive_triangles)

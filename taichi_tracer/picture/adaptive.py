@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory
 
 GROUP = 4  # pixels along each side of a group, which have one share
 SHARE_BITS = 15

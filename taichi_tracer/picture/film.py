@@ -18,10 +18,8 @@ from taichi_tracer.picture.error_estimate import (
     relative_error,
 )
 from taichi_tracer.picture.non_finite import NonFiniteSamples
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.fields.varying import varying
 from taichi_tracer.unseen import rare_light
 
 SUMS = ("total", "lost", "deviation", "largest", "before", "half_count")  # the names of the fields of sums
@@ -86,14 +84,14 @@ class Film:
         averages: bool = True,
         doubles: bool = False,
     ) -> None:
-        self.width, self.height = varying(width), varying(height)
+        self.width, self.height = memory.varying(width), memory.varying(height)
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
             raise InputError(
                 f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
             )
-        self.ranges = varying(((x0, x1), (y0, y1)))
+        self.ranges = memory.varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation

@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.fields.memory import Memory
+from taichi_tracer.system.memory import Memory
 
 MAX_LOCATED = 16  # all non-finite samples are counted; this number of places is enough to find the cause
 

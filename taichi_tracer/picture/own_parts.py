@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.errors import NotFiniteWarning
-from taichi_tracer.system.own_code.interface import is_packages
-from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.system.own_code.checks import is_packages
+from taichi_tracer.system.parts import replaced
 
 SIDE = 8  # rays of a camera that are looked at, along each axis
 MOST_RAYS, MOST_SAMPLES = 0.5, 0.1  # that are not finite: a larger fraction is a mistake of the part

@@ -6,7 +6,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory
 
 GAMMA = 2.2
 

@@ -16,10 +16,10 @@ from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress
+from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.stopwatch import ERROR, stage
-from taichi_tracer.system.threads import one_at_a_time
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display, fitting_exposure
 

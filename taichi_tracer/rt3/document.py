@@ -24,7 +24,7 @@ from taichi_tracer.picture.film import crop_pixels
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements, nearest
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
 LEAST_STRETCH = 1e-3  # relative; nobody sees whether a circle is stretched by less

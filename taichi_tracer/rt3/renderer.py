@@ -10,8 +10,7 @@ from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import PARTS, register
+from taichi_tracer.system.parts import PARTS, overridable, register
 from taichi_tracer.system.types import Numbers
 
 if TYPE_CHECKING:

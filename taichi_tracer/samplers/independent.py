@@ -4,8 +4,7 @@ import taichi as ti
 
 from taichi_tracer.formulas.hashes import as_fraction, pcg4d
 from taichi_tracer.samplers.points import PointSampler
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @register

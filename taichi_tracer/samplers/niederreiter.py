@@ -6,8 +6,7 @@ from taichi_tracer.formulas.finite_fields import first_pair, second_pair
 from taichi_tracer.formulas.hashes import as_fraction, pcg4d, reverse_bits, scramble_reversed
 from taichi_tracer.formulas.random_numbers import TERM_BIT
 from taichi_tracer.samplers.points import PointSampler
-from taichi_tracer.system.parts.overrides import overridable
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import overridable, register
 
 
 @register

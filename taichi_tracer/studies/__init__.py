@@ -76,8 +76,8 @@ def _measured(start: float, **given: Any) -> Accuracy:
 
     from taichi_tracer.files.disk import replace_file
     from taichi_tracer.studies import accuracy_report, variants
-    from taichi_tracer.studies.source import Source, lives_here_alone
     from taichi_tracer.studies.study import Measurement
+    from taichi_tracer.studies.variants import Source, lives_here_alone
     from taichi_tracer.system import runtime
 
     report, first = given["report"], given["rr_start_bounce"]

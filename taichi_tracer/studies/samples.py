@@ -23,7 +23,7 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 CHUNK = 1 << 20  # samples of one call of a kernel
 MOST_SAMPLES = 100_000_000  # samples, which are counted within a minute or two

@@ -27,9 +27,7 @@ import numpy as np
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.metrics import relative_rmse, shift_of
-from taichi_tracer.studies.bench import Shot, Worker
-from taichi_tracer.studies.source import SceneFacts, Source
-from taichi_tracer.studies.variants import Variant, reference_variant
+from taichi_tracer.studies.variants import SceneFacts, Shot, Source, Variant, Worker, reference_variant
 from taichi_tracer.system.errors import InputError
 
 TARGETS = (0.05, 0.02, 0.01)  # relative RMSE

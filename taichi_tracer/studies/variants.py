@@ -1,17 +1,38 @@
-"""The ways to render one picture that a study of accuracy compares."""
+"""The ways to render one picture that a study of accuracy compares, their scenes, and how they are rendered.
 
-from collections.abc import Callable, Sequence
+They are rendered in a process of their own, or in a thread if the scene is the caller's.
+"""
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from functools import partial
+from multiprocessing import active_children, get_context
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
-from taichi_tracer.environment import LOOKUPS
+import numpy as np
+import taichi as ti
+
+from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.integrators import path_settings
+from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
+from taichi_tracer.scene_data import SceneData, again
+from taichi_tracer.scene_data_loader import load_scene_data
+from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, assigned, load_parts
+
+# ── variants ──
+
 
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
 REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
@@ -212,3 +233,256 @@ def is_path(estimator: str) -> bool:
 def renderer_of(estimator: str) -> type[ProgressiveRenderer]:
     """The renderer that offers an estimator, of direct light or of paths."""
     return A4Renderer if is_path(estimator) else PARTS.last_of("renderer", A2Renderer)
+
+
+# ── scenes ──
+
+
+LIGHT = "studio"  # what lights a scene that has no light of its own
+NO_LIGHT = "none"  # the name for no environment, as on the command line
+
+
+class SceneFacts(NamedTuple):
+    """What a study must know of a scene.
+
+    Attributes:
+        read_seconds: of reading the scene, and of building its hierarchy.
+    """
+
+    title: str
+    machine: str
+    lamps: int
+    has_environment: bool
+    read_seconds: float
+
+
+class Source:
+    """Where a study's scenes come from: a name or a path, read again for every setting, or a scene that is there.
+
+    Args:
+        scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
+            since both would start Taichi anew and end it.
+        environment: what lights it, or "none"; None takes the scene's own light, or ``LIGHT`` if it has none.
+        of_scene: further options of ``load_scene_data``, for a scene that is given by name.
+        view_of: the parameters of the camera, from those of the scene; None leaves them.
+        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
+            there always is.
+        options: of the environment: intensity, rotation.
+    """
+
+    def __init__(
+        self,
+        scene,
+        environment=None,
+        of_scene: Mapping[str, Any] = MappingProxyType({}),
+        view_of: Callable[[dict], dict] | None = None,
+        here: bool = False,
+        **options,
+    ) -> None:
+        self.here = here or isinstance(scene, SceneData)
+        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
+            environment, options = unpacked(environment, options)
+        self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
+        self.of_scene = dict(of_scene)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether the scene is the caller's."""
+        return isinstance(self.scene, SceneData)
+
+    def title(self, scene: SceneData) -> str:
+        """What is rendered, for titles: the scene and its light."""
+        name = Path(scene.source).stem if self.is_loaded else Path(str(self.scene)).stem
+        lamps = "lit by its lamps" if scene.lamps.count > 0 else ""
+        sky = "" if scene.environment is None else f"under {scene.environment.name}"
+        return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
+
+    def check(self, variants: Sequence[Variant]) -> None:
+        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
+        settings = runtime.ensure() if self.here else None
+        if self.here and any((v.precision, v.fast_math) != (settings.precision, settings.fast_math) for v in variants):
+            raise InputError(
+                "accuracy: precision and fast math cannot change for a loaded scene, nor for parts that only this "
+                "process has: give the name or path of the scene, and parts by --parts"
+            )
+
+    def start(self, variant: Variant, arch: str = "auto") -> None:
+        """Bring Taichi into the precision of a variant."""
+        if not self.here:
+            runtime.init(arch, variant.precision, variant.fast_math, force=True)
+
+    def load(self, variant: Variant) -> SceneData:
+        """The scene as a variant wants it, in the running precision.
+
+        Raises:
+            InputError: it has no light.
+        """
+        names = "triangle_test", "intersector", "lamp_choice"
+        parts = {name: getattr(variant, name) for name in names if getattr(variant, name) is not None}
+        load = partial(again, **parts) if self.is_loaded else partial(load_scene_data, **parts, **self.of_scene)
+        scene = load(self.scene)
+        light = scene.environment if self.environment is None else self.environment
+        if light is None and scene.effects.is_dark:
+            light = LIGHT
+        options = self.options
+        if isinstance(light, Environment):
+            light, options = unpacked(light, options)
+        is_none = light is None or (isinstance(light, str) and light == NO_LIGHT)
+        scene.set_environment(None if is_none else load_environment(light, lookup=variant.lookup, **options))
+        if scene.effects.is_dark:
+            raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
+        if self.view_of is not None:
+            scene.view = self.view_of(scene.view)
+        return scene
+
+
+def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]:
+    """The pixels of an environment, and its options, unless others are given."""
+    own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
+    return environment.pixels, own | options
+
+
+def lives_here_alone(parts: Sequence[str] = ()) -> bool:
+    """Whether this process has parts of its user that another process would not find.
+
+    Args:
+        parts: files that another process would load.
+    """
+    files = {str(Path(path).expanduser().resolve()) for path in parts}
+    known = [part for path in files for part in PARTS.registered_by(path)]
+    own = [part for part in PARTS.everything() if not PARTS.comes_with_package(part)]
+    return any(not any(part is other for other in known) for part in own) or (bool(assigned()) and not files)
+
+
+# ── rendering ──
+
+
+class Shot(NamedTuple):
+    """A picture in the making.
+
+    Attributes:
+        seconds: of the samples that were just added. samples: per pixel, all of this seed.
+        error: the estimate of the picture itself. variance: (h, w, 3) of the mean of every pixel.
+    """
+
+    seconds: float
+    samples: int
+    image: np.ndarray
+    error: RelativeError
+    variance: np.ndarray
+
+
+class Bench:
+    """Renders the variants of one precision. The first call starts Taichi.
+
+    Args:
+        source: where the scenes come from. size: width and height. parts: files that register parts of the user.
+    """
+
+    def __init__(self, source: Source, size: tuple[int, int], arch: str = "auto", parts: tuple[str, ...] = ()) -> None:
+        for path in parts:
+            load_parts(path)
+        self.source, self.size, self.arch = source, size, arch
+        self.scenes: dict[tuple, SceneData] = {}
+        self.renderers: dict[tuple, ProgressiveRenderer] = {}
+
+    def facts(self, variant: Variant) -> SceneFacts:
+        """Read the scene of a variant, and describe it.
+
+        Raises:
+            InputError: it has no light.
+        """
+        self.start(variant)
+        start = time.perf_counter()
+        scene = self.scene_of(variant)
+        seconds = time.perf_counter() - start
+        has_environment = scene.environment is not None
+        return SceneFacts(self.source.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
+
+    def start(self, variant: Variant) -> None:
+        """Start Taichi in the precision of a variant, once."""
+        if not self.scenes:
+            self.source.start(variant, self.arch)
+
+    def scene_of(self, variant: Variant) -> SceneData:
+        """The scene of a variant, loaded once."""
+        self.start(variant)
+        if variant.scene not in self.scenes:
+            self.scenes[variant.scene] = self.source.load(variant)
+        return self.scenes[variant.scene]
+
+    def prepare(self, variant: Variant) -> float:
+        """Compile a variant, or load what an earlier run compiled: the seconds."""
+        start = time.perf_counter()
+        self.render(variant, 1, seed=0)
+        return time.perf_counter() - start
+
+    def render(self, variant: Variant, samples: int, seed: int | None = None) -> Shot:
+        """Add samples to the picture of a variant; with a seed, to a new picture with these random numbers."""
+        renderer = self.renderer_of(variant)
+        if seed is not None:
+            renderer.seed = seed
+            if isinstance(renderer, A4Renderer):
+                renderer.path_settings.set(**variant.paths)
+            renderer.use(variant.estimator).begin_anew()
+        start = time.perf_counter()
+        renderer.render(samples)
+        ti.sync()
+        seconds, film = time.perf_counter() - start, renderer.film
+        variance = np.nan_to_num(film.variance_of_mean()).astype(np.float32)
+        return Shot(seconds, renderer.samples, film.image().astype(np.float32), renderer.error(), variance)
+
+    def renderer_of(self, variant: Variant) -> ProgressiveRenderer:
+        """The renderer of a variant; one for all estimators of a kind."""
+        width, height = (max(1, int(variant.scale * n)) for n in self.size)
+        if variant.renderer not in self.renderers:
+            make, options = renderer_of(variant.estimator), {"sampler": variant.sampler, "adaptive": variant.adaptive}
+            self.renderers[variant.renderer] = make(self.scene_of(variant), width, height, **options)
+        return self.renderers[variant.renderer]
+
+
+_bench: Bench | None = None  # of this process
+
+
+def begin(is_process: bool, *words: Any) -> None:
+    """Make the bench of this process. A process leaves Ctrl-C to its parent, which then writes what is done."""
+    global _bench
+    if is_process:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _bench = Bench(*words)
+
+
+def answer(method: str, words: tuple[Any, ...]) -> Any:
+    """Call a method of the bench of this process."""
+    return getattr(_bench, method)(*words)
+
+
+class Worker:
+    """A ``Bench`` in a process of its own, or in a thread, for scenes and parts that no other process has.
+
+    Args:
+        words: the arguments of ``Bench``.
+    """
+
+    def __init__(self, *words: Any) -> None:
+        self.pool: Executor
+        if words[0].here:
+            self.pool = ThreadPoolExecutor(1, initializer=begin, initargs=(False, *words))
+            self.ready = self.pool.submit(int)
+        else:
+            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (True, *words))
+            main = sys.modules["__main__"]
+            known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
+            vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
+            self.ready = self.pool.submit(int)  # starts it
+            vars(main).update(known)
+
+    def ask(self, method: str, *words: Any) -> Future:
+        """Call a method of the bench, after those that were asked for before."""
+        return self.pool.submit(answer, method, words)
+
+    def close(self) -> None:
+        """End the process, with what it does now; a thread ends after it."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for child in active_children():
+            child.terminate()

@@ -22,9 +22,9 @@ import taichi as ti
 from taichi.lang import impl
 
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
+from taichi_tracer.system.compile_time import is_starter, note_start, one_at_a_time, usable_processors
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import quick_imports
-from taichi_tracer.system.threads import is_starter, note_start, one_at_a_time, usable_processors
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")

@@ -5,8 +5,8 @@ from typing import Any
 
 import taichi as ti
 
+from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time, element, variable
-from taichi_tracer.system.fields import memory
 
 NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
 

@@ -1,9 +1,16 @@
 """What an assignment consists of: parts, each of which is one method with its inputs, and a judge of its numbers.
 
 A part is run where the student's code is, and judged where it is not. ``Part.run`` gets a class and arrays, and returns
-arrays. ``Part.judge`` compares these with the arrays that the solution gives on the same inputs, and needs numpy alone.
+arrays. ``Part.judge`` compares these with the arrays that the solution gives on the same inputs, and needs numpy alone:
+number by number within a tolerance, by statistics, or as pictures. Every judge is an object that can be called as
+``Part.judge`` describes, and has ``agrees``: (inputs, answers, expected) → (n,) bool, one for each input that is judged
+by itself. The mistake finder asks ``agrees``, too.
 """
 
+import contextlib
+import io
+import os
+import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError, one_of
 
 Arrays = dict[str, np.ndarray]
@@ -191,3 +199,329 @@ def check_parts(name: str, parts: tuple[Part, ...], classes: Mapping[str, str]) 
                 f"assignment {name}: the part {part.name!r} tests the class {part.replaces}, which is in no file: "
                 f"the classes are {', '.join(classes)}"
             )
+
+
+# ── judges ──
+
+
+class JudgeOfRows:
+    """A judge whose inputs are judged row by row; ``called`` is what one input is called in messages."""
+
+    called: str
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
+        """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return PartResult(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
+        first = int(np.argmin(agrees))
+        message = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
+        wrong = first_wrong(inputs, self.means_of(answers), self.means_of(expected), first, len(agrees))
+        return PartResult(WRONG, self.earned(inputs, answers, expected), message, wrong)
+
+    def means_of(self, answers: Arrays) -> Arrays:
+        """What a report shows of answers."""
+        return answers
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs it is right."""
+        raise NotImplementedError
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs all of whose answers are right."""
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
+
+    def earned(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> float:
+        """The share of the points of answers that are not all right: see ``beyond_chance``."""
+        count = len(next(iter(expected.values())))
+        tried = [{name: np.zeros_like(right) for name, right in expected.items()}]
+        for row in range(0, count, -(-count // CONSTANTS)):
+            tried.append({name: np.broadcast_to(right[row], right.shape) for name, right in expected.items()})
+        chance = max(float(self.agrees(inputs, one, expected).mean()) for one in tried)
+        return beyond_chance(float(self.agrees(inputs, answers, expected).mean()), chance)
+
+
+def agree(judge: JudgeOfRows, inputs: Arrays, one: Arrays, other: Arrays) -> np.ndarray:
+    """(n,) bool: where two answers are the same. Each is judged by the other: what is much noisier fits everything."""
+    return judge.agrees(inputs, one, other) & judge.agrees(inputs, other, one)
+
+
+def beyond_chance(share: float, chance: float) -> float:
+    """A share of right answers, less what is right by chance: 0 for the share ``chance``, and 1 for 1.
+
+    Args:
+        chance: the share that the best answer gets which is the same for every input, such as "no ray hits anything".
+    """
+    return max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
+
+
+@dataclass(frozen=True)
+class Numbers(JudgeOfRows):
+    """Every input has one right answer, up to rounding.
+
+    Attributes:
+        tolerance: the largest error that counts as rounding, as a multiple of 1 or of the right number, whichever is
+            larger.
+        only_where: the name of an answer that says whether the other answers of the same row count: where it is 0, as
+            ``is_hit`` of a miss, only itself is compared.
+        called: what one input is called in messages, "pixels" or "rays".
+    """
+
+    tolerance: float = 1e-4
+    only_where: str = ""
+    called: str = "inputs"
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs it is right."""
+        count = len(next(iter(expected.values())))
+        counts = np.ones(count, bool)
+        if self.only_where:
+            counts = np.asarray(expected[self.only_where]).reshape(count) != 0
+        found = {}
+        for name, right in expected.items():
+            yours = answers.get(name)
+            if yours is None or np.shape(yours) != np.shape(right):
+                found[name] = np.zeros(count, bool)
+                continue
+            same = self._same(np.asarray(yours), np.asarray(right)).reshape(count, -1).all(axis=1)
+            found[name] = same if name == self.only_where else same | ~counts
+        return found
+
+    def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+        if right.dtype.kind in "iub":
+            return yours == right
+        yours, right = yours.astype(np.float64), right.astype(np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            near = abs(yours - right) <= self.tolerance * np.maximum(1, abs(right))
+        near &= np.isfinite(right)  # nothing but infinity is near infinity
+        return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
+
+
+# The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
+# means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
+CONSTANTS = 16  # right answers that are tried for all inputs alike
+MOST_NOISE = 4.0  # standard errors of a submission, in units of those of the solution
+LARGEST_Z = 6.0
+ROUNDING = 1e-5  # the error of a mean in f32, relative to its size, or to 1
+
+
+def statistics(samples: np.ndarray) -> np.ndarray:
+    """(n, m, d) samples of n inputs → (n, 2, k): means of k numbers, and the squares of their standard errors.
+
+    The k numbers are the d numbers of a sample, their squares, the products of two different ones, and the sum of their
+    fourth powers. These are what a part with random answers returns for ``Samples``.
+    """
+    x = np.asarray(samples, np.float64)
+    d = x.shape[2]
+    columns = [x[..., i] for i in range(d)] + [x[..., i] ** 2 for i in range(d)]
+    columns += [x[..., i] * x[..., j] for i in range(d) for j in range(i + 1, d)]
+    columns.append((x**4).sum(axis=2))
+    with np.errstate(invalid="ignore", over="ignore"):
+        means = [column.mean(axis=1) for column in columns]
+        squared_errors = [column.var(axis=1) / x.shape[1] for column in columns]
+    return np.stack([np.stack(means, axis=1), np.stack(squared_errors, axis=1)], axis=1)
+
+
+def length_of(samples: np.ndarray) -> np.ndarray:
+    """(n, 1) of (n, m, 3) samples of n inputs: the length, of the m vectors of an input, that is farthest from 1."""
+    lengths = np.linalg.norm(np.asarray(samples, np.float64), axis=2)
+    farthest = np.abs(np.nan_to_num(lengths, nan=np.inf) - 1).argmax(axis=1)
+    return np.take_along_axis(lengths, farthest[:, None], axis=1)
+
+
+@dataclass(frozen=True)
+class Samples(JudgeOfRows):
+    """Random answers: the means of many samples are compared with those of the solution, by z-tests.
+
+    A random answer is what ``statistics`` returns.
+
+    Attributes:
+        exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
+        called: what one input is called in messages.
+        only_means: whether samples may be distributed in another way than the solution's, with the same mean: as with
+            another way to choose between light and BRDF.
+        for_means: the share of the points of samples that have the right means, and another distribution: as with a
+            roulette that begins one bounce later.
+
+    The standard errors of means are at most ``MOST_NOISE`` times the solution's, so that nothing passes because it is
+    noise.
+    """
+
+    exact: tuple[str, ...] = ()
+    called: str = "inputs"
+    only_means: bool = False
+    for_means: float = 0.0
+
+    def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
+        found = {}
+        for name, right in expected.items():
+            if name in self.exact:
+                same = Numbers().members(answers, {name: right})[name]
+                found[name] = np.where(same, 0.0, np.inf)[:, None]
+            elif np.shape(answers.get(name)) != np.shape(right):
+                found[name] = np.full((len(right), 1), np.inf)
+            else:
+                yours, own = np.asarray(answers[name], np.float64), np.asarray(right, np.float64)
+                if self.only_means:
+                    yours, own = (one[:, :, : dimensions(right.shape[2])] for one in (yours, own))
+                found[name] = z_scores(yours, own)
+                means = slice(dimensions(right.shape[2]))  # those of squares vary too much with a few large samples
+                most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
+                noisy = ~(yours[:, 1] <= most) & ~(np.isnan(yours[:, 0]) & np.isnan(own[:, 0]))
+                found[name][:, means][noisy[:, means]] = np.inf
+        return found
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs its tests pass."""
+        scores = self.scores(answers, expected)
+        return {name: (abs(z) <= LARGEST_Z).all(axis=1) for name, z in scores.items()}
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
+        """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
+        result = super().__call__(inputs, answers, expected)
+        if self.for_means > result.share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
+            message = f"{result.message}, but their means are right"
+            return replace(result, share=self.for_means, message=message)
+        return result
+
+    def means_of(self, answers: Arrays) -> Arrays:
+        """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
+        shown = {name: array for name, array in answers.items() if name in self.exact}
+        for name, array in answers.items():
+            if name not in self.exact and np.ndim(array) == 3 and array.shape[1] == 2:
+                d = dimensions(array.shape[2])
+                mean, of_squares = array[:, 0, :d], array[:, 0, d : 2 * d]
+                shown[f"mean {name}"] = mean
+                shown[f"deviation of {name}"] = np.sqrt(np.maximum(0, of_squares - mean**2))
+        return shown
+
+
+def dimensions(count: int) -> int:
+    """How many numbers d a sample has, if its ``statistics`` have ``count`` = 2 d + d (d − 1)/2 + 1 numbers."""
+    return next((d for d in range(1, 10) if 2 * d + d * (d - 1) // 2 + 1 == count), 1)
+
+
+def z_scores(yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(n, 2, k) statistics twice → (n, k): the differences of the means in standard errors.
+
+    Answers that are not finite give infinity; 0 if both are NaN, as that of a mistake and that of a student may be.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        scale = np.maximum(1, abs(right[:, 0]))
+        error = np.sqrt(yours[:, 1] + right[:, 1] + (ROUNDING * scale) ** 2)
+        z = (yours[:, 0] - right[:, 0]) / error
+    z = np.where(np.isfinite(z), z, np.inf)
+    z[np.isnan(yours[:, 0]) & np.isnan(right[:, 0])] = 0
+    return z
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """A picture is right if nearly all of its pixels are: edges between triangles may fall on either side.
+
+    Attributes:
+        tolerance: the largest error of a pixel that counts as rounding.
+        allowed: the share of the pixels that may differ.
+
+    In random pictures, which have "error" among the answers, pixels may differ by ``LARGEST_Z`` standard errors more.
+    """
+
+    tolerance: float = 2e-3
+    allowed: float = 0.01
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: which pixels agree, row by row from the top."""
+        yours, right = answers.get("picture"), np.asarray(expected["picture"], np.float64)
+        if np.shape(yours) != right.shape:
+            return np.zeros(right.shape[0] * right.shape[1], bool)
+        yours = np.asarray(yours, np.float64)
+        largest = self.tolerance * np.maximum(1, abs(right))
+        if "error" in expected:
+            error = np.hypot(np.asarray(answers.get("error", 0), np.float64), np.asarray(expected["error"], np.float64))
+            largest = largest + LARGEST_Z * error
+        return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
+        """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
+        right, yours = np.asarray(expected["picture"], np.float64), answers.get("picture")
+        if np.shape(yours) != right.shape:
+            return PartResult(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
+        share = float(self.agrees(inputs, answers, expected).mean())
+        yours = np.asarray(yours, np.float64)
+        pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
+        if share >= 1 - self.allowed:
+            return PartResult(RIGHT, 1.0, "the picture is right", {}, pictures)
+        _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
+        chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
+        message = f"{(1 - share):.0%} of the pixels are wrong"
+        return PartResult(WRONG, beyond_chance(share, chance), message, {}, pictures)
+
+
+def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:
+    """The part of a picture that all of the student's classes make."""
+    return Part(f"picture: {view}", points, "the whole pipeline", "", inputs, run, Pictures())
+
+
+def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:
+    """The i-th input with both answers, as numbers that can be shown."""
+    of_all = {name: shown(a) for name, a in inputs.items() if len(np.atleast_1d(a)) != count and np.size(a) <= 12}
+    of_this = {name: shown(np.asarray(a)[i]) for name, a in inputs.items() if len(np.atleast_1d(a)) == count}
+    yours = {name: shown(np.asarray(a)[i]) for name, a in answers.items() if len(np.atleast_1d(a)) == count}
+    right = {name: shown(np.asarray(a)[i]) for name, a in expected.items()}
+    return {"input": {**of_this, **of_all}, "yours": yours, "right": right}
+
+
+def shown(value: np.ndarray | float) -> object:
+    """An array as numbers with six digits: a number, or nested lists."""
+    array = np.asarray(value)
+    if array.size != 1:
+        return [shown(part) for part in array]
+    number = array.reshape(-1)[0]
+    return int(number) if array.dtype.kind in "iub" else float(f"{number:.6g}")
+
+
+# ── expected answers that are kept ──
+
+
+VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
+
+
+def cache_folder() -> Path:
+    """Where answers are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
+    home = os.environ.get(VARIABLE)
+    if home is None:
+        home = str(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer")
+    return Path(home) / "teaching"
+
+
+def keep_arrays(path: Path, arrays: Arrays) -> None:
+    """Keep arrays in a file. A folder that cannot be written costs the time of the next run, and nothing else."""
+    file = io.BytesIO()
+    np.savez(file, **arrays)  # type: ignore[arg-type]
+    with contextlib.suppress(OSError, InputError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, file.getvalue())
+
+
+def arrays_in(path: Path) -> Arrays | None:
+    """The arrays that were kept; None if the file is missing or damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as found:
+            return {name: found[name] for name in found.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return None
+
+
+def joined(groups: Mapping[str, Arrays]) -> Arrays:
+    """The arrays of several groups in one: "GROUP/NAME" → array."""
+    return {f"{group}/{name}": array for group, arrays in groups.items() for name, array in arrays.items()}
+
+
+def parted(arrays: Arrays) -> dict[str, Arrays]:
+    """The groups that ``joined`` put together."""
+    groups: dict[str, Arrays] = {}
+    for key, array in arrays.items():
+        group, _, name = key.rpartition("/")
+        groups.setdefault(group, {})[name] = array
+    return groups

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.fonts import font_of
-from taichi_tracer.system.own_code.source import unwrap
+from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching.handout.stubs import is_stub
 
 DARK, LIGHT = 70, 100  # the two greys, of 255

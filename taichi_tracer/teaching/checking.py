@@ -1,23 +1,198 @@
-"""What a student runs: each part of an assignment, with the first wrong number beside the right one."""
+"""What a student runs: each part of an assignment, with the first wrong number beside the right one, and the mistake.
 
+A known mistake is a small change of the solution's text, see ``base.Mistake``. The changed solution is run on the
+inputs of the part. If it gives the student's answer on every input, the mistake is named. If no mistake fits, the error
+is described as far as numbers show it: mirrored, transposed, scaled or moved.
+"""
+
+import ast
 import json
+import math
+import tempfile
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.own_code.source import unwrap
+from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
-from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Assignment, Part, PartResult
+from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult, agree
+from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.export import RECORD
+from taichi_tracer.teaching.handout.strip_solution import written
 from taichi_tracer.teaching.html_boxes import Report
-from taichi_tracer.teaching.mistakes import find
-from taichi_tracer.teaching.running import answer, expected, has_own_distribution, is_asked
-from taichi_tracer.teaching.student_import import OK, Loaded, load_submission, solution_of
+from taichi_tracer.teaching.running import (
+    OK,
+    Loaded,
+    answer,
+    expected,
+    has_own_distribution,
+    is_asked,
+    load_classes,
+    load_submission,
+    solution_of,
+)
+
+# ── descriptions ──
+
+
+TOLERANCE = 1e-3  # of a relation such as "always twice as large"
+# Factors with a name, for "scaled by".
+KNOWN = {math.pi: "π", 1 / math.pi: "1/π", 2 * math.pi: "2π", 1 / (2 * math.pi): "1/(2π)", 180 / math.pi: "180/π"}
+KNOWN |= {math.pi / 180: "π/180"} | {1 / n: f"1/{n}" for n in range(2, 10)}
+AXES = "xyzw"
+
+
+def describe(answers: Arrays, expected: Arrays, is_right: np.ndarray) -> list[str]:
+    """Sentences about how the answers differ from the expected ones; at least one.
+
+    Args:
+        is_right: (n,) which answers are right.
+    """
+    missing = [name for name in expected if np.shape(answers.get(name)) != np.shape(expected[name])]
+    if missing or len(is_right) != len(next(iter(expected.values()))):
+        return [f"the answer {missing[0]!r} has another shape than it should" if missing else "the answer is wrong"]
+    texts, rows = [], ~is_right
+    if "is_hit" in expected:
+        yours, right = answers["is_hit"] != 0, expected["is_hit"] != 0
+        missed, invented = (right & ~yours).sum(), (yours & ~right).sum()
+        texts += [f"{missed} hits are missed"] * bool(missed)
+        texts += [f"{invented} rays hit something, although they should miss"] * bool(invented)
+        rows = rows & yours & right
+    for name, right in expected.items():
+        y, r = np.asarray(answers[name])[rows], np.asarray(right)[rows]
+        if not np.array_equal(y, r) and not near(y, r):
+            texts.append(f"{name} {difference(y, r)}")
+    return texts or ["the numbers differ in no way that is known"]
+
+
+def difference(yours: np.ndarray, right: np.ndarray) -> str:
+    """In words how (n, …) numbers differ, all of which belong to wrong answers."""
+    y, r = (numbers.reshape(len(right), -1).astype(np.float64) for numbers in (yours, right))
+    if not np.isfinite(y).all():
+        return f"is not a finite number in {int((~np.isfinite(y)).any(axis=1).sum())} of {len(y)} cases"
+    if right.ndim == 3 and right.shape[1] == right.shape[2] and near(np.swapaxes(yours, 1, 2), right):
+        return "is transposed"
+    for text, numbers in guesses(y, r):
+        if near(y, numbers):
+            return text
+    return f"is wrong by up to {abs(y - r).max():.3g}"
+
+
+def guesses(y: np.ndarray, r: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """What is often wrong with (n, k) numbers r, in words, and the numbers that it would give; y are the student's."""
+    k, axes = r.shape[1], range(r.shape[1] if 1 < r.shape[1] <= len(AXES) else 0)
+    yield "is always 0", 0 * r
+    if not near(r, np.broadcast_to(r[:1], r.shape)):
+        yield "is the same for every input", np.broadcast_to(y[:1], r.shape)
+    yield "has the opposite sign" if k == 1 else "points the opposite way", -r
+    for i in axes:
+        yield f"is mirrored: its {AXES[i]} has the opposite sign", r * np.where(np.arange(k) == i, -1, 1)
+        for j in range(i):
+            order = [{i: j, j: i}.get(axis, axis) for axis in range(k)]
+            yield f"has its {AXES[j]} and its {AXES[i]} exchanged", r[:, order]
+    factor = float((y * r).sum() / max((r * r).sum(), 1e-300))
+    word = next((word for value, word in KNOWN.items() if abs(factor / value - 1) < TOLERANCE), f"{factor:.4g}")
+    yield f"is scaled by {word}", factor * r
+    moved = (y - r).mean(axis=0)
+    yield f"has a constant offset: {', '.join(f'{number:.4g}' for number in moved)}", r + moved
+    yield "has the right direction, but not the length 1", r * np.linalg.norm(y, axis=1, keepdims=True)
+    yield "is 1 minus the right number", 1 - r
+    for i in axes:
+        yield f"is right but for its {AXES[i]}", np.where(np.arange(k) == i, y, r)
+
+
+def near(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether all numbers agree up to rounding."""
+    return np.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE)
+
+
+# ── known mistakes ──
+
+
+def find(
+    assignment: Assignment, part: Part, seed: int, answers: Arrays, expected: Arrays, seconds: float = math.inf
+) -> list[dict[str, Any]]:
+    """What is probably wrong with the answers to a part, see ``PartResult.findings``; nothing if they are right.
+
+    Args:
+        seconds: that the search may take. The first mistake that fits ends it: frequent ones come first.
+    """
+    inputs, judge = assignment.inputs(part, seed), part.judge
+    is_right = judge.agrees(inputs, answers, expected)
+    if is_right.all():
+        return []
+    start = time.monotonic()
+    for mistake in assignment.mistakes_of(part):
+        if time.monotonic() - start > seconds:
+            break
+        wrong = answers_of(assignment, part, mistake, seed)
+        is_wrong = wrong is not None and not judge.agrees(inputs, wrong, expected).all()
+        if is_wrong and agree(judge, inputs, answers, wrong).all():
+            text = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: {mistake.name}"
+            return [{"names": [mistake.name], "text": text, "hint": mistake.hint}]
+    texts = describe(judge.means_of(answers), judge.means_of(expected), is_right)
+    return [{"names": [], "text": text, "hint": ""} for text in texts]
+
+
+# ── the solution with a mistake in it ──
+
+
+_answers: dict[tuple, Arrays | None] = {}
+
+
+def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) -> Arrays | None:
+    """What the solution with a mistake answers, computed once in a process; None if it does not run."""
+    if assignment.is_sealed:
+        return sealed.answers_of_mistake(assignment, mistake)
+    key = (assignment.folder, mistake, seed)
+    if key not in _answers:
+        solution, file = solution_of(assignment), assignment.classes[part.replaces]
+        with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
+            (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
+            changed = load_classes(folder, [file], solution)
+            found = answer(part, changed, solution, assignment.inputs(part, seed), dict(assignment.classes))
+        _answers[key] = found.arrays if found.status == OK else None
+    return _answers[key]
+
+
+def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:
+    """The file of the solution with a mistake in the method of a part.
+
+    Raises:
+        InputError: a text that is to be changed does not stand exactly once in the method.
+    """
+    path = assignment.solution_folder / assignment.classes[part.replaces]
+    lines = written(path.read_text(encoding="utf-8"), str(path), "solved").splitlines(keepends=True)
+    first, last = lines_of_body("".join(lines), part, str(path))
+    method = "".join(lines[first:last])
+    for old, new in mistake.changes:
+        count = method.count(old)
+        if count != 1:
+            where = f"{part.name} of assignment {assignment.name}"
+            raise InputError(f"mistake {mistake.name!r}: {old!r} stands {count} times in {where}, not once")
+        method = method.replace(old, new)
+    return "".join([*lines[:first], method, *lines[last:]])
+
+
+def lines_of_body(source: str, part: Part, file: str) -> tuple[int, int]:
+    """Where the body of a part's method begins and ends, without its docstring: a slice of the lines of a file."""
+    for cls in (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)):
+        for member in cls.body:
+            if isinstance(member, ast.FunctionDef) and (cls.name, member.name) == (part.replaces, part.method):
+                body = member.body[1:] if ast.get_docstring(member) is not None else member.body
+                return body[0].lineno - 1, member.end_lineno or 0
+    raise InputError(f"{file}: there is no method {part.replaces}.{part.method}")
+
+
+# ── checking ──
+
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``check`` allows
 Watch = Callable[[list[str]], Any]

@@ -2,6 +2,9 @@
 
 A stand-in is made once, by the package's own class. For every class under test it is copied, and the copy gets that
 class: the fields are shared, and only the tested methods are compiled.
+
+A part gives a student's method, or a ``ti.func`` of its own that calls this method, to ``rows``. If the answers are
+random, it gives it to ``samples``, which calls it many times for each row. So no part needs a kernel of its own.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,16 +15,89 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.lab import bound
+from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
-from taichi_tracer.system.threads import inside_kernel
-from taichi_tracer.teaching.base import Arrays
-from taichi_tracer.teaching.judges import statistics
-from taichi_tracer.teaching.rows import WHOLE, rows, samples
+from taichi_tracer.samplers.independent import IndependentSampler
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import inside_kernel
+from taichi_tracer.teaching.base import Arrays, statistics
+
+# ── functions of kernels, called for rows ──
+
+
+SEED = 5  # of the random numbers of all parts; the inputs of a part have a seed of their own
+RANDOM = IndependentSampler()
+
+
+@ti.func
+def begin(row, call):
+    """Begin the random numbers of one call."""
+    RANDOM.start(ti.u32(SEED), row, 0, call)
+
+
+def rows(
+    function: Callable, inputs: Arrays, names: Sequence[str], answers: Mapping[str, int], numbers: range = range(0)
+) -> Arrays:
+    """What a function of kernels returns for every row of some inputs.
+
+    Args:
+        function: a ``ti.func``, or a method that is one. It returns one value, or a tuple with one for each answer.
+        inputs, names: the names of the arrays of ``inputs`` whose rows are its arguments, in this order. A row of an
+            (n,) array is a number, and one of an (n, k) array is a vector. Real numbers are rounded to f32.
+        answers: name → how many numbers the answer has: 1 or more real ones, or ``WHOLE``.
+        numbers: the numbers of the rows, for a function without arguments.
+
+    Returns:
+        Name → (n,) or (n, width) array.
+    """
+    found = call_on_rows(function, inputs, names, answers, 1, numbers, None)
+    return {name: np.ascontiguousarray(array[:, 0]) for name, array in found.items()}
+
+
+def samples(
+    function: Callable,
+    inputs: Arrays,
+    names: Sequence[str],
+    answers: Mapping[str, int],
+    count: int,
+    numbers: range = range(0),
+) -> Arrays:
+    """What a function that draws random numbers returns, ``count`` times for every row; see ``rows``.
+
+    Args:
+        numbers: the numbers of the rows, for a function without arguments. Rows with different numbers have different
+            random numbers.
+
+    Returns:
+        Name → (n, count) or (n, count, width) array.
+    """
+    return call_on_rows(function, inputs, names, answers, count, numbers, begin)
+
+
+def call_on_rows(
+    function: Callable,
+    inputs: Arrays,
+    names: Sequence[str],
+    answers: Mapping[str, int],
+    count: int,
+    numbers: range,
+    begins: Callable | None,
+) -> Arrays:
+    """What a function returns, ``count`` times for every row; ``begins`` is called before each call."""
+    given = [inputs[name] for name in names]
+    sizes = [a.shape[1] if a.ndim > 1 else 1 for a in given]
+    widths = [size if a.dtype.kind == "f" else -size for a, size in zip(given, sizes, strict=True)]
+    number = len(given[0]) if given else len(numbers)
+    table = np.hstack([np.zeros((number, 0)), *(a.reshape(number, -1) for a in given)])
+    found = Rows(function, widths, list(answers.values()), begins).calls(table, count, numbers.start)
+    kinds = [np.int32 if width == WHOLE else np.float32 for width in answers.values()]
+    return {name: array.astype(kind) for name, array, kind in zip(answers, found, kinds, strict=True)}
+
+
+# ── cameras, geometries, hits ──
+
 
 PLAIN_EFFECTS: dict[str, Any] = {
     **dict.fromkeys(("emitters", "lamps", "spheres", "culling", "holes", "instances", "textures"), False),
@@ -418,3 +494,87 @@ def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, in
     found = noisy_picture(renderer, int(inputs["seed"]))
     scene.destroy()
     return found
+
+
+# ── rooms with lamps ──
+
+
+def quads(count: int) -> np.ndarray:
+    """(2 count, 3) faces of quadrilaterals with four vertices each, one after the other."""
+    return np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(count)]).astype(np.int32)
+
+
+SMALL = 0.2  # times the size in which scenes are described here
+
+
+def turned(rng: np.random.Generator, inputs: Arrays) -> Arrays:
+    """The same scene, turned and small: no plane lies along the axes, so that hits are rounded to both of its sides.
+
+    A ray that begins at a hit, and not beside the surface, often meets the surface itself. The scene is so small that
+    the offset of 1e-6, which the course uses, is larger than this rounding.
+    """
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    vertices, origin = (SMALL * np.asarray(inputs[name], np.float64) @ turn.T for name in ("vertices", "origin"))
+    direction = unit(np.asarray(inputs["direction"], np.float64) @ turn.T)
+    changed = {"origin": origin.astype(np.float32), "direction": direction.astype(np.float32)}
+    return {**inputs, "vertices": vertices.astype(np.float32).astype(np.float64), **changed}
+
+
+def lamp_room(rng: np.random.Generator) -> Arrays:
+    """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
+
+    A third lamp hides a part of the first one from the floor: whoever chose a point there gets nothing from it.
+    The lamps do not reflect: then it makes no difference whether a path goes on where it has met one.
+
+    Rays lead to the surfaces, and one to a lamp.
+    """
+    down = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float64)
+    up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
+    corners = [
+        3 * up,
+        forward * [2, 1, 1] + [0, 1, -2],
+        down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0],
+        forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95],
+        down * rng.uniform(0.35, 0.5) + [-0.4, 0.8, 0],
+    ]
+    on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
+    on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
+    eye = np.array([0.2, 1.0, 5.0])
+    target = np.concatenate([on_floor, on_wall, [[0.25, 0.55, -1.95]]])  # no edge is near
+    room = {
+        "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
+        "direction": unit(target - eye).astype(np.float32),
+        "vertices": np.concatenate(corners),
+        "faces": quads(5),
+        "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3, 4, 4], np.int32),
+        "Kd": np.concatenate([rng.uniform(0.2, 0.5, (2, 3)), np.zeros((3, 3))]),
+        "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1, 1]),
+        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (3, 3))]),
+    }
+    return turned(rng, room)
+
+
+def closed_room(rng: np.random.Generator) -> Arrays:
+    """A cube that is seen from within: one of two opposite sides emits, the others reflect, and two are glossy.
+
+    Every side is hit by at least one of the rays.
+    """
+    count = 9
+    is_lamp = np.arange(6)[:, None] == rng.integers(0, 2)
+    vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]  # fronts inside
+    faces = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
+    ray = np.arange(count)
+    origin, target = rng.uniform(-0.5, 0.5, (count, 3)), rng.uniform(-0.9, 0.9, (count, 3))
+    target[ray, ray % 3] = np.where(ray // 3 % 2, 1, -1)
+    return {
+        "origin": origin.astype(np.float32),
+        "direction": unit(target - origin).astype(np.float32),
+        "vertices": vertices,
+        "faces": np.array(faces, np.int32),
+        "materials": np.repeat(np.arange(6), 2).astype(np.int32),
+        "Kd": np.where(is_lamp, 0, rng.uniform(0.5, 0.9, (6, 3))),
+        "Ns": np.array([1.0, 1, 1, 1, 8, 12]),
+        "Ke": np.where(is_lamp, rng.uniform(0.5, 1.5, (6, 3)), 0),
+    }

@@ -8,7 +8,7 @@ import numpy as np
 
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.formatting import digits
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.tones.base import Tone
 
 PLAIN_TONE = "none"

@@ -3,7 +3,7 @@
 from typing import Any
 
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.parts.registry import register
+from taichi_tracer.system.parts import register
 from taichi_tracer.tones.base import Tone
 
 

@@ -5,8 +5,7 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.materials import Material
-from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, replaced
 
 # From these on, a lobe has less than about 1/200 of all directions: for the power of a cosine, (1/4π) · 2π/(Ns + 1).
 NARROW_FROM, NARROW_BELOW = 100, 0.1

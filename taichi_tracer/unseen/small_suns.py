@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.environment import Environment
-from taichi_tracer.system.parts.overrides import replaced
+from taichi_tracer.system.parts import replaced
 from taichi_tracer.unseen.rare_light import NONE, rows_of
 from taichi_tracer.unseen.small_lamps import Intersect, area_of_pixel, look, pixel_numbers, pixels_of
 

@@ -13,7 +13,7 @@ from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.grammar import as_value
 from taichi_tracer.apps.names import find_views
 from taichi_tracer.scene_data_loader import find_scene
-from taichi_tracer.system.parts.registry import PARTS, load_parts
+from taichi_tracer.system.parts import PARTS, load_parts
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

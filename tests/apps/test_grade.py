@@ -10,8 +10,8 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.apps.commands import grade as command
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grading import isolate
+from taichi_tracer.teaching.grading.grade import Mark
 from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level
-from taichi_tracer.teaching.grading.marks import Mark
 
 PARTS = (
     PartResult("wrong", 0.5, "10 of 20", name="Sums.add", points=2.0),

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 PARTS_FILE = '''
 import taichi as ti

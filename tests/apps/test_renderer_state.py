@@ -49,7 +49,7 @@ def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_o
     lamps.change("view", "implicit")
     assert lamps.names_of("lamp_choice") == []  # no sample of the lights is taken
     lamps.change("view", "explicit")
-    assert lamps.names_of("lamp_choice") == tt.system.parts.registry.PARTS.names("lamp choice")
+    assert lamps.names_of("lamp_choice") == tt.system.parts.PARTS.names("lamp choice")
     first, before = lamps.renderer, lamps.settings
     lamps.change("max_bounces", 7)
     lamps.change("lamp_choice", "area")

@@ -11,7 +11,7 @@ from taichi_tracer.brdfs.microfacet import SMOOTH_BELOW, Microfacet, MicrofacetB
 from taichi_tracer.contracts.brdfs import Bench
 from taichi_tracer.materials import Material
 from taichi_tracer.scene_data_loader import scene_from_mesh
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 N = np.array([0.0, 0.0, 1.0])
 F0 = (0.9, 0.6, 0.3)

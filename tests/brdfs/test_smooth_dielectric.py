@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 GLASS = tt.Material("glass", Kd=(0.3, 0.3, 0.3), Ni=1.4, extra={"illum": (7.0,)})
 VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "fov": 40.0}

@@ -2,7 +2,7 @@
 
 import os
 
-from taichi_tracer.system.parts.registry import load_parts
+from taichi_tracer.system.parts import load_parts
 
 for path in filter(None, os.environ.get("TAICHI_TRACER_PARTS", "").split(os.pathsep)):
     load_parts(path)

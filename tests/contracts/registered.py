@@ -6,7 +6,7 @@ import pytest
 from support import DEBUG
 
 from taichi_tracer.contracts import brdfs, integrators, intersectors
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 # Parts of a user are checked about three normals and with more rays; the package's in half the time.
 brdfs.NORMALS, intersectors.RAYS = brdfs.NORMALS[::2], 10_000

@@ -6,7 +6,7 @@ from support import DEBUG, start
 
 from taichi_tracer.contracts import intersectors
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 MANY = 5_000 if DEBUG else 50_000  # triangles of the hard shapes
 

@@ -10,9 +10,8 @@ import taichi_tracer as tt
 from taichi_tracer.course import adapters, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT
-from taichi_tracer.teaching.grading.grade import GradingSettings, grade
+from taichi_tracer.teaching.grading.grade import GradingSettings, Reference, grade
 from taichi_tracer.teaching.grading.isolate import IsolationLevel, Limits
-from taichi_tracer.teaching.grading.reference import Reference
 from taichi_tracer.teaching.grading.submissions import find
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
 

@@ -8,7 +8,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.course.use import in_use
-from taichi_tracer.system.parts.overrides import assigned
+from taichi_tracer.system.parts import assigned
 
 HAND_IN = Path(__file__).parent / "handin"
 WRONG = ("w * n0 + u * n1 + v * n2", "u * n0 + v * n1 + w * n2")  # a real mistake

@@ -12,7 +12,7 @@ from support import DEBUG
 import taichi_tracer as tt
 from taichi_tracer.formulas import triangles
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 COUNT = 4_000 if DEBUG else 100_000
 TESTS = ["watertight", "moller_trumbore"]

@@ -4,7 +4,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.lights.given import GivenLight
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 pytestmark = pytest.mark.usefixtures("f32")
 

@@ -8,7 +8,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 FILES = sorted(path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__))
 MOST_LINES = 60

@@ -7,9 +7,8 @@ import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import accuracy_report
-from taichi_tracer.studies.source import SceneFacts
 from taichi_tracer.studies.study import Curve, Point, Reference, Study, change, crossing, error_after, interval
-from taichi_tracer.studies.variants import Variant
+from taichi_tracer.studies.variants import SceneFacts, Variant
 
 
 def test_an_interval_holds_the_true_value_in_95_of_100_studies():

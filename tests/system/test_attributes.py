@@ -3,7 +3,7 @@
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.system.parts.attributes import KnownAttributes
+from taichi_tracer.system.parts import KnownAttributes
 
 
 class Known(KnownAttributes):

@@ -7,7 +7,7 @@ import pytest
 import taichi as ti
 
 import taichi_tracer
-from taichi_tracer.system.parts.overrides import call_with_known_args
+from taichi_tracer.system.parts import call_with_known_args
 
 pytestmark = pytest.mark.usefixtures("f32")
 

@@ -11,8 +11,7 @@ import taichi as ti
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.system import runtime
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.runtime import Settings, VulkanDevice
 
 ROOT = Path(tt.__file__).parents[1]

@@ -3,7 +3,7 @@
 import pytest
 from support import start
 
-from taichi_tracer.teaching import cache
+from taichi_tracer.teaching import base
 
 
 @pytest.fixture(scope="module")
@@ -11,5 +11,5 @@ def own_cache(tmp_path_factory):
     """Taichi is started, and the answers of mistakes are kept in a folder of the tests."""
     start("f32")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(cache.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patch.setenv(base.VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield

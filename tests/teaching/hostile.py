@@ -225,9 +225,9 @@ ATTACKS = {
     ),
     "patched grader": Attack(
         """
-            from taichi_tracer.teaching import base, judges
-            judges.Numbers.__call__ = lambda *args: base.PartResult("right", 1.0)
-            judges.Numbers.agrees = lambda self, inputs, *args: inputs["a"] == inputs["a"]
+            from taichi_tracer.teaching import base
+            base.Numbers.__call__ = lambda *args: base.PartResult("right", 1.0)
+            base.Numbers.agrees = lambda self, inputs, *args: inputs["a"] == inputs["a"]
             """,
         "return a * 0",
         becomes=LOST,

@@ -8,7 +8,7 @@ PARTS = """
 import numpy as np
 
 from taichi_tracer.teaching.base import Part
-from taichi_tracer.teaching.judges import Numbers
+from taichi_tracer.teaching.base import Numbers
 
 
 def numbers(rng):

@@ -1,16 +1,99 @@
-"""What a student's check says: right, wrong with the first wrong number, not written, and where it crashed."""
+"""Checking: what a student reads of each part, which known mistake is named, and how other errors are described."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.checking import check_folder
+from taichi_tracer.teaching.checking import answers_of, changed_source, check_folder, describe, find
 from taichi_tracer.teaching.handout.export import write_folder
 from taichi_tracer.teaching.html_boxes import lines_of, lines_of_findings
+from taichi_tracer.teaching.running import expected
+
+# ── descriptions ──
+
+
+RNG = np.random.default_rng(4)
+RIGHT = RNG.normal(size=(50, 3))
+
+
+def told(yours, right=RIGHT):
+    """The descriptions of one answer that is wrong everywhere."""
+    return describe({"v": np.asarray(yours)}, {"v": np.asarray(right)}, np.zeros(len(right), bool))
+
+
+@pytest.mark.parametrize(
+    ("yours", "text"),
+    [
+        (RIGHT * [1, -1, 1], "v is mirrored: its y has the opposite sign"),
+        (-RIGHT, "v points the opposite way"),
+        (RIGHT[:, [1, 0, 2]], "v has its x and its y exchanged"),
+        (2 * RIGHT, "v is scaled by 2"),
+        (RIGHT / 4, "v is scaled by 1/4"),
+        (math.pi * RIGHT, "v is scaled by π"),
+        (RIGHT + [1, 0, 0.5], "v has a constant offset: 1, 0, 0.5"),
+        (0 * RIGHT, "v is always 0"),
+        (0 * RIGHT + 7, "v is the same for every input"),
+        (1 - RIGHT, "v is 1 minus the right number"),
+        (RIGHT + np.outer(RNG.normal(size=50), [0, 0, 1]), "v is right but for its z"),
+        (np.full((50, 3), np.nan), "v is not a finite number in 50 of 50 cases"),
+        (RIGHT[:, :2], "the answer 'v' has another shape than it should"),
+    ],
+)
+def test_vectors(yours, text):
+    assert told(yours) == [text]
+
+
+def test_hits_that_are_missed():
+    count = 40
+    right = {"is_hit": np.ones(count, np.int32), "distance": np.linspace(1, 2, count)}
+    missed = {**right, "is_hit": np.where(np.arange(count) < 5, 0, 1)}
+    assert describe(missed, right, np.arange(count) >= 5) == ["5 hits are missed"]
+
+
+# ── known mistakes ──
+
+
+SEED = 1
+MOST = 8  # mistakes of one method
+
+pytestmark = pytest.mark.usefixtures("own_cache")
+
+
+@pytest.mark.parametrize("part_name", ["Camera.generate_ndc_coords", "RayIntersector.query_ray"])
+def test_every_mistake_is_found_under_its_own_name(part_name):
+    assignment = catalogue.load("a1")
+    part = assignment.part(part_name)
+    right = expected(assignment, part, assignment.inputs(part, SEED))
+    assert find(assignment, part, SEED, right, right) == []
+    for one in assignment.mistakes_of(part):
+        wrong = answers_of(assignment, part, one, SEED)
+        assert [finding["names"] for finding in find(assignment, part, SEED, wrong, right)] == [[one.name]]
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_a_method_has_few_known_mistakes_which_change_the_solution(name):
+    assignment = catalogue.load(name)
+    for part in assignment.parts:
+        known = assignment.mistakes_of(part)
+        assert len({changed_source(assignment, part, one) for one in known}) == len(known) <= MOST
+
+
+def test_an_error_that_no_mistake_explains_is_described():
+    assignment = catalogue.load("a1")
+    part = assignment.parts[0]
+    right = expected(assignment, part, assignment.inputs(part, 0))
+    found = find(assignment, part, 0, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
+    assert [(f["names"], f["text"]) for f in found] == [([], "ndc is scaled by 0.7")]
+
+
+# ── checking ──
+
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 

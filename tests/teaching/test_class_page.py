@@ -7,9 +7,8 @@ import pytest
 
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grading import class_page
-from taichi_tracer.teaching.grading.grade import GradingSettings
+from taichi_tracer.teaching.grading.grade import GradingSettings, Mark
 from taichi_tracer.teaching.grading.isolate import IsolationLevel
-from taichi_tracer.teaching.grading.marks import Mark
 
 EVIL = "<script>document.title='hacked'</script>"
 FOUND = {"names": ["pixel corner"], "share": 1.0, "text": "all agree", "hint": "which point?", "topic": "rays"}

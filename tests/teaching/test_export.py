@@ -11,8 +11,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN
 from taichi_tracer.teaching.handout.export import write_folder, write_notebook
-from taichi_tracer.teaching.running import answer
-from taichi_tracer.teaching.student_import import load_submission, solution_of
+from taichi_tracer.teaching.running import answer, load_submission, solution_of
 
 NAMES = catalogue.names()
 BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)

@@ -10,7 +10,7 @@ from teaching import sums
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grading import gradescope
-from taichi_tracer.teaching.grading.marks import Mark
+from taichi_tracer.teaching.grading.grade import Mark
 
 VISIBILITY = ("hidden", "after_due_date", "after_published", "visible")
 # Key → the type, or the values, that the documentation of Gradescope's autograders states.

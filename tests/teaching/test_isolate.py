@@ -10,7 +10,7 @@ from teaching import hostile, sums
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.grading import isolate
-from taichi_tracer.teaching.grading.grade import GradingSettings, grade
+from taichi_tracer.teaching.grading.grade import GradingSettings, Reference, grade
 from taichi_tracer.teaching.grading.isolate import (
     IsolationLevel,
     Limits,
@@ -20,7 +20,6 @@ from taichi_tracer.teaching.grading.isolate import (
     pack,
     unpack,
 )
-from taichi_tracer.teaching.grading.reference import Reference
 from taichi_tracer.teaching.grading.submissions import find
 
 LIMITS = Limits(cpu=3.0, wall=6.0, resident=2 << 30)

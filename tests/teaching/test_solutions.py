@@ -9,7 +9,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.student_import import solution_of
+from taichi_tracer.teaching.running import solution_of
 
 pytestmark = pytest.mark.usefixtures("f32")
 

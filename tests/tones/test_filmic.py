@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from oracles import tones
 
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.tones.filmic import Filmic, hable
 
 FILMIC = PARTS.find("tone curve", "filmic")

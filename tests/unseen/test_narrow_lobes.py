@@ -7,7 +7,7 @@ from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.materials import Material
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.unseen.narrow_lobes import may_be_narrow
 
 

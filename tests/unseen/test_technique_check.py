@@ -8,7 +8,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.unseen.rare_light import KNOWN
 from taichi_tracer.unseen.small_suns import suns_of
 from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, meetings, missed, other_techniques

@@ -29,8 +29,8 @@ from taichi_tracer.settings import (
 )
 from taichi_tracer.studies import accuracy_report, agreement, variants
 from taichi_tracer.studies.agreement import FALSE_ALARMS, Compared, Group
-from taichi_tracer.studies.source import Source
 from taichi_tracer.studies.study import Measurement
+from taichi_tracer.studies.variants import Source
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 

@@ -22,8 +22,8 @@ from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.apps.running import Interruption
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.argument_types import whole
+from taichi_tracer.system.compile_time import own_seconds
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.threads import own_seconds
 from taichi_tracer.teaching.base import BEGUN, CRASHED, OUT_OF_TIME, PartResult
 from taichi_tracer.teaching.html_boxes import Report, lines_of
 

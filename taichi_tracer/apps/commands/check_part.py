@@ -10,7 +10,7 @@ from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.parts.registry import class_name, load_parts
+from taichi_tracer.system.parts import class_name, load_parts
 
 RIGHT, WRONG = 0, 1  # exit codes
 

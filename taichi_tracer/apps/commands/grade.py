@@ -15,9 +15,8 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grading import class_page, gradescope, submissions
-from taichi_tracer.teaching.grading.grade import GradingSettings, grade_class
+from taichi_tracer.teaching.grading.grade import GradingSettings, Mark, grade_class, most_points, to_json
 from taichi_tracer.teaching.grading.isolate import IsolationLevel, best_level
-from taichi_tracer.teaching.grading.marks import Mark, most_points, to_json
 
 
 def add_arguments(parser: Parser) -> None:

@@ -14,7 +14,7 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.settings import ADVICE, DISPLAY, add_options
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.tones.display import Display
 
 

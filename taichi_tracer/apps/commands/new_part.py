@@ -8,7 +8,7 @@ from pathlib import Path
 from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.registry import HOMES, PARTS
+from taichi_tracer.system.parts import HOMES, PARTS
 
 FOLDER = Path(__file__).parents[1] / "skeletons"
 # Kind → the words of ``render`` that show a part; NAME stands for its name.

@@ -17,7 +17,7 @@ from taichi_tracer.studies import samples
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, number, size, whole
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 IMAGES = (".hdr", ".exr", ".pfm", ".npy", ".png", ".jpg", ".jpeg")
 TOP = 5  # lamps of each choice in the table

@@ -21,7 +21,7 @@ from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS, USUAL_LIGHT, RenderSettings
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 # Settings that can be changed while a picture is shown, beside the values of its integrator.
 OF_SCENE = ("triangle_test", "lamp_choice", "ground")  # another one makes another scene

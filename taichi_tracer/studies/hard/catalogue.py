@@ -5,9 +5,10 @@ from functools import partial
 
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.studies.hard import instance_cases, path_cases, surface_cases, view_cases  # noqa: F401 (their cases)
+from taichi_tracer.studies.hard import instance_cases, light_cases, view_cases  # noqa: F401 (their cases)
 from taichi_tracer.studies.hard.case import EVERYWHERE, LARGE, QUICK, RENDERER_CASES, USUAL, Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
+from taichi_tracer.studies.hard.light_cases import OF_BRDFS, furnace, own_brdf
 from taichi_tracer.studies.hard.many_triangles import (
     AxisParallel,
     Damaged,
@@ -19,9 +20,8 @@ from taichi_tracer.studies.hard.many_triangles import (
     Windows,
 )
 from taichi_tracer.studies.hard.modes import RayMode
-from taichi_tracer.studies.hard.shading_cases import OF_BRDFS, furnace, own_brdf
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS
 
 
 @dataclass(frozen=True)

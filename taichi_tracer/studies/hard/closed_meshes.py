@@ -2,8 +2,21 @@
 
 import numpy as np
 
-from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, false_hits, joined, not_numbers
-from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, separate, sphere, unit_rows
+from taichi_tracer.studies.hard.case import (
+    Case,
+    CaseInScene,
+    CaseRays,
+    as_f32,
+    edges_of,
+    false_hits,
+    join,
+    joined,
+    normals_of,
+    not_numbers,
+    separate,
+    sphere,
+    unit_rows,
+)
 
 FACING = 0.75  # cosine from which on all triangles around a point face an origin outside: no silhouette is near
 

@@ -7,8 +7,7 @@ import numpy as np
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, group
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.hard.case import LARGE, renderer_case, scene_without_warnings
-from taichi_tracer.studies.hard.meshes import sphere
+from taichi_tracer.studies.hard.case import LARGE, renderer_case, scene_without_warnings, sphere
 
 TETRAHEDRON = np.array([(1.0, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
 SIDES = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)  # fronts outside

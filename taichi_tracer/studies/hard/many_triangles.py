@@ -3,8 +3,19 @@
 import numpy as np
 
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import Case, CaseRays, false_hits, not_numbers, seconds_of
-from taichi_tracer.studies.hard.meshes import as_f32, box, height_field, join, separate, sphere
+from taichi_tracer.studies.hard.case import (
+    Case,
+    CaseRays,
+    as_f32,
+    box,
+    false_hits,
+    height_field,
+    join,
+    not_numbers,
+    seconds_of,
+    separate,
+    sphere,
+)
 
 AMONG = 50_000  # copies of a triangle, and triangles with one centroid
 DENORMAL = 2.0**-140

@@ -6,8 +6,7 @@ import numpy as np
 
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts.overrides import replaced
-from taichi_tracer.system.parts.registry import PARTS
+from taichi_tracer.system.parts import PARTS, replaced
 from taichi_tracer.system.runtime import PRECISIONS
 
 OWN_TEST = "own"  # in place of a triangle test, where the intersector has an ``intersect_triangle`` of its own

@@ -3,8 +3,7 @@
 import numpy as np
 
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import Case, CaseRays
-from taichi_tracer.studies.hard.meshes import as_f32, separate, unit_rows
+from taichi_tracer.studies.hard.case import Case, CaseRays, as_f32, separate, unit_rows
 
 SURELY_INSIDE = 0.05  # barycentric coordinates above it leave no doubt that the ray hits
 MOST_EXACT = 400  # rays whose t is computed in integers, which takes 0.1 ms each

@@ -12,8 +12,7 @@ from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.environment import Environment
 from taichi_tracer.lights import environment_light
 from taichi_tracer.ray import no_hit
-from taichi_tracer.studies.hard.case import EVERYWHERE, LAST_XI, renderer_case
-from taichi_tracer.studies.hard.meshes import unit_rows
+from taichi_tracer.studies.hard.case import EVERYWHERE, LAST_XI, renderer_case, unit_rows
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 

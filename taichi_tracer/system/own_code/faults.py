@@ -12,7 +12,7 @@ from taichi.lang.expr import Expr
 from taichi.lang.struct import Struct
 
 from taichi_tracer.system.errors import InputError, nearest
-from taichi_tracer.system.own_code.source import PACKAGE, fault_at, is_own_file
+from taichi_tracer.system.own_code.checks import PACKAGE, fault_at, is_own_file
 
 PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python write places
 VALUE = "keep the value in a variable, and return it in the last line"

@@ -1,6 +1,6 @@
 """Fields in numpy's memory as arguments of kernels, so that no length is a part of a kernel.
 
-While Python reads a kernel, the first ``field[i]`` of each ``arrays.ArrayField`` adds an argument to the kernel: an
+While Python reads a kernel, the first ``field[i]`` of each ``memory.ArrayField`` adds an argument to the kernel: an
 external array, as ``ti.types.ndarray`` has it, without a name in the source. Its index is computed from the indices and
 the counts of the axes: those that the data decide are arguments, too. At each launch, the arguments are set to where
 the fields are then.
@@ -21,11 +21,10 @@ from taichi.lang.exception import TaichiIndexError
 from taichi.lang.expr import Expr, make_expr_group
 from taichi.lang.struct import StructField, _IntermediateStruct
 
+from taichi_tracer.system import memory
 from taichi_tracer.system.errors import StaleSceneError
-from taichi_tracer.system.fields import arrays
-from taichi_tracer.system.fields.varying import KINDS, VaryingInt
 
-FIELDS = (arrays.ScalarArray, arrays.MatrixArray)
+FIELDS = (memory.ScalarArray, memory.MatrixArray)
 AXES = 1  # of each argument: the index is computed here
 
 
@@ -98,12 +97,12 @@ class Reading:
         """The value of an attribute with an argument for each of its varying numbers."""
         if type(value) is tuple:
             return tuple(self.number(owner, name, one, (*path, k)) for k, one in enumerate(value))
-        if type(value) not in KINDS:
+        if type(value) not in memory.VARYING:
             return value
         key = id(owner), name, path
         known = self.numbers.get(key)
         if known is None:
-            kind = ti.i32 if type(value) is VaryingInt else impl.get_runtime().default_fp
+            kind = ti.i32 if type(value) is memory.VaryingInt else impl.get_runtime().default_fp
             known = self.numbers[key] = Number(*added_scalar(kind, name), owner, name, path)
         return known.value
 
@@ -159,7 +158,7 @@ def argument_for(value: Any) -> Argument | None:
 
 def use() -> None:
     """Let the package make fields that are arguments."""
-    arrays.use()
+    memory.use_arrays()
 
 
 def reading(create: Callable) -> Callable:
@@ -208,7 +207,7 @@ def added_scalar(kind: Any, name: str) -> tuple[Any, Expr]:
 
 
 def subscripting(usual: Callable) -> Callable:
-    """``impl.subscript``, which reads and writes elements of ``arrays.ArrayField``."""
+    """``impl.subscript``, which reads and writes elements of ``memory.ArrayField``."""
 
     @functools.wraps(usual)
     def subscript(builder: Any, value: Any, *indices: Any, skip_reordered: bool = False) -> Any:
@@ -281,7 +280,7 @@ def loading(usual: Callable) -> Callable:
     def build(context: Any, node: Any) -> Any:
         value = usual(context, node)
         kind = type(value)
-        if (kind in KINDS or (kind is tuple and holds_varying(value))) and readings:
+        if (kind in memory.VARYING or (kind is tuple and holds_varying(value))) and readings:
             if not context.is_in_static_scope():
                 node.ptr = value = readings[-1].number(node.value.ptr, node.attr, value)
         return value
@@ -291,4 +290,4 @@ def loading(usual: Callable) -> Callable:
 
 def holds_varying(value: Any) -> bool:
     """Whether a tuple, or one in it, has a varying number."""
-    return any(type(one) in KINDS or (type(one) is tuple and holds_varying(one)) for one in value)
+    return any(type(one) in memory.VARYING or (type(one) is tuple and holds_varying(one)) for one in value)

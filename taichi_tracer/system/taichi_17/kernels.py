@@ -13,10 +13,10 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.system import compiling
+from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import CannotCompileError, StaleSceneError
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
 from taichi_tracer.system.taichi_17.arguments import LAUNCHES
-from taichi_tracer.system.threads import one_at_a_time
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 

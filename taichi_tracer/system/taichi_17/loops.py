@@ -12,7 +12,7 @@ from taichi_tracer.system.taichi_17.arguments import argument_for
 
 
 def looping(usual: Callable) -> Callable:
-    """``ASTTransformer.build_struct_for``: a loop over an ``arrays.ArrayField`` is one over ``ti.ndrange(*shape)``."""
+    """``ASTTransformer.build_struct_for``: a loop over an ``memory.ArrayField`` is one over ``ti.ndrange(*shape)``."""
 
     @functools.wraps(usual)
     def build(context: Any, node: Any, is_grouped: bool) -> None:

@@ -10,8 +10,8 @@ from taichi.lang import impl
 from taichi.lang.exception import TaichiTypeError
 from taichi.lang.expr import Expr
 
-from taichi_tracer.system.own_code import faults, kinds, rules
-from taichi_tracer.system.own_code.source import is_own_file, shown_place
+from taichi_tracer.system.own_code import checks, faults
+from taichi_tracer.system.own_code.checks import is_own_file, shown_place
 
 
 def looking(call: Callable) -> Callable:
@@ -20,10 +20,10 @@ def looking(call: Callable) -> Callable:
     @functools.wraps(call)
     def looked(self: Any, *arguments: Any, **options: Any) -> Any:
         if arguments and impl.inside_kernel():
-            rules.check_fields(self.func, arguments[0])
+            checks.check_fields(self.func, arguments[0])
         value = call(self, *arguments, **options)
         if impl.inside_kernel():
-            kinds.look(self.func, value)
+            checks.look(self.func, value)
         return value
 
     return looked
@@ -53,8 +53,13 @@ def assigning(assign: Callable) -> Callable:
 
     @functools.wraps(assign)
     def assigned(of: Any, value: Any, *operation: Any) -> Any:
-        if isinstance(of, Expr) and kinds.types_of(of) != ["unknown"] and not of.is_tensor() and kinds.shape_of(value):
-            what = kinds.kind_of(value)
+        if (
+            isinstance(of, Expr)
+            and checks.types_of(of) != ["unknown"]
+            and not of.is_tensor()
+            and checks.shape_of(value)
+        ):
+            what = checks.kind_of(value)
             raise TaichiTypeError(f"a variable that holds a number cannot get {what}: begin with tm.vec3(0)")
         note_cut(of, value)
         return assign(of, value, *operation)
@@ -67,7 +72,7 @@ def multiplying(multiply: Callable) -> Callable:
 
     @functools.wraps(multiply)
     def multiplied(of: Any, other: Any) -> Any:
-        shapes = sorted(len(kinds.shape_of(one) or ()) for one in (of, other))
+        shapes = sorted(len(checks.shape_of(one) or ()) for one in (of, other))
         if impl.inside_kernel() and shapes == [1, 2] and own_place():
             raise TaichiTypeError("* does not multiply a matrix and a vector: use M @ v")
         return multiply(of, other)
@@ -77,8 +82,8 @@ def multiplying(multiply: Callable) -> Callable:
 
 def note_cut(of: Any, value: Any) -> None:
     """Warn where a whole number gets a number with a fraction, if somebody's own code does it."""
-    is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in kinds.types_of(of))
-    has_fraction = any(one.startswith("f") for one in kinds.types_of(value)) or isinstance(value, float)
+    is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in checks.types_of(of))
+    has_fraction = any(one.startswith("f") for one in checks.types_of(value)) or isinstance(value, float)
     if is_whole and has_fraction and (place := own_place()):
         text = "a whole number gets a number with a fraction, which is cut off: begin with 0.0 instead of 0"
         warnings.warn(f"{place}: {text}", stacklevel=2)

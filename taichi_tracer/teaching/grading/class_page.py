@@ -14,8 +14,7 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import html_boxes
 from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment
-from taichi_tracer.teaching.grading.grade import GradingSettings
-from taichi_tracer.teaching.grading.marks import Mark, most_points
+from taichi_tracer.teaching.grading.grade import GradingSettings, Mark, most_points
 
 BINS = 10  # of the distribution
 STYLE = """

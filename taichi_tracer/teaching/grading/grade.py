@@ -2,21 +2,32 @@
 
 The grader never loads a submission's code. It sends inputs to the submission's process, compares the numbers that come
 back with those of the solution, and starts the process anew if a part ends it.
+
+The solution runs in a process of its own, too, so that Taichi never runs in the grader's. Its answers depend on the
+assignment, the package and the seed alone. They are computed once and kept in the user's cache, beside the compiled
+kernels, of which every submission gets a copy.
 """
 
 import contextlib
+import hashlib
+import math
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import taichi_tracer
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import (
     CRASHED,
+    DIGITS,
     MISSING,
     NOT_WRITTEN,
     OUT_OF_TIME,
@@ -26,6 +37,12 @@ from taichi_tracer.teaching.base import (
     Assignment,
     Part,
     PartResult,
+    Samples,
+    arrays_in,
+    cache_folder,
+    joined,
+    keep_arrays,
+    parted,
 )
 from taichi_tracer.teaching.grading import submissions
 from taichi_tracer.teaching.grading.isolate import (
@@ -35,12 +52,185 @@ from taichi_tracer.teaching.grading.isolate import (
     SubmissionProcess,
     WorkerEnded,
 )
-from taichi_tracer.teaching.grading.marks import Mark, to_json
-from taichi_tracer.teaching.grading.reference import Reference
 from taichi_tracer.teaching.grading.submissions import RefusedError, Submission
-from taichi_tracer.teaching.judges import Samples
-from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
-from taichi_tracer.teaching.student_import import LONGEST_MESSAGE, OK
+from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK, OPTIONAL_TEXT
+
+# ── marks ──
+
+
+# What a mark says of each part.
+OF_A_PART = ("name", "topic", "points", "share", "status", "message", "first_wrong", "findings", "seconds")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The mark of one submission.
+
+    Attributes:
+        key, student: see ``submissions.Submission``. refused: why it was not unpacked; "" if it was.
+        notes: what the report says about the files.
+        printed: what it printed, cut.
+    """
+
+    key: str
+    student: str
+    parts: tuple[PartResult, ...]
+    refused: str = ""
+    notes: tuple[str, ...] = ()
+    printed: str = ""
+
+    @property
+    def points(self) -> float:
+        """The points that can be had."""
+        return round(sum(part.points for part in self.parts), DIGITS)
+
+    @property
+    def score(self) -> float:
+        """The points of all parts."""
+        return round(sum(part.earned for part in self.parts), DIGITS)
+
+    @property
+    def seconds(self) -> float:
+        """How long all parts took."""
+        return sum(part.seconds for part in self.parts)
+
+    @property
+    def right(self) -> int:
+        """How many parts are right."""
+        return sum(part.status == RIGHT for part in self.parts)
+
+    def facts(self) -> dict:
+        """The mark for JSON, with its sums."""
+        parts = [{name: getattr(part, name) for name in (*OF_A_PART, "earned")} for part in self.parts]
+        return to_json({**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
+
+
+def most_points(marks: Sequence[Mark]) -> float:
+    """The points that can be had in a class, with the optional parts that somebody handed in."""
+    return max(mark.points for mark in marks)
+
+
+def to_json(value: Any) -> Any:
+    """A value for JSON: numbers that JSON does not have, such as NaN, become words."""
+    if isinstance(value, Mapping):
+        return {str(name): to_json(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [to_json(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+# ── the solution's answers ──
+
+
+SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
+TRUSTED = IsolationLevel("limits")
+
+
+class Reference(contextlib.AbstractContextManager):
+    """The right answers for one class. Several threads may ask it.
+
+    Args:
+        assignment: what is graded. seed: decides the inputs.
+
+    Attributes:
+        kernels: the folder with the compiled kernels of the solution.
+        running: the processes of hand-ins. is_stopped: whether these are ended, and no marks are kept.
+    """
+
+    def __init__(self, assignment: Assignment, seed: int) -> None:
+        self.assignment, self.seed = assignment, seed
+        self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
+        self.kernels = self.folder / "cache"
+        self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
+        self._child: SubmissionProcess | None = None
+        self._lock = threading.Lock()
+        self.running: set[SubmissionProcess] = set()
+        self.is_stopped = False
+
+    def __exit__(self, *_error) -> None:
+        with self._lock:
+            self._end()
+
+    def stop(self) -> None:
+        """End the processes of hand-ins; those that are started from now on end at once."""
+        self.is_stopped = True
+        for child in list(self.running):
+            child.hurry()
+
+    @cached_property
+    def expected(self) -> dict[str, Arrays]:
+        """Part → the solution's answers.
+
+        Raises:
+            InputError: the solution does not run.
+        """
+        path = self.folder / f"expected-{self.seed}.npz"
+        found = parted(arrays_in(path) or {})
+        if found.keys() != self.inputs.keys():
+            with self._lock:
+                found = {part.name: self._answer(part) for part in self.assignment.parts}
+                self._end()  # so that its kernels are written
+            keep_arrays(path, joined(found))
+        return found
+
+    def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
+        """What is probably wrong with the answers to a part; see ``PartResult.findings``."""
+        arrays = joined({"answers": answers, "expected": self.expected[part.name]})
+        request = {"do": "find", "part": part.name, "seed": self.seed}
+        with self._lock:
+            try:
+                reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)
+            except WorkerEnded:  # the marks do not depend on it
+                self._child = None
+                return ()
+        return tuple(reply["findings"])
+
+    def _answer(self, part: Part) -> Arrays:
+        try:
+            reply, arrays = self._trusted().ask({"do": "run", "part": part.name}, self.inputs[part.name])
+        except WorkerEnded as error:
+            self._child = None
+            raise InputError(f"the solution of {part.name} ends its process: {error}") from None
+        if reply["status"] != OK:
+            where = f"assignment {self.assignment.name}: the solution of {part.name}"
+            raise InputError(f"{where} is {reply['status']}: {reply['message']}")
+        return arrays
+
+    def _trusted(self) -> SubmissionProcess:
+        """The process of the solution, which is started when it is first needed."""
+        if self._child is None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            child = SubmissionProcess(None, TRUSTED, None, keep=self.folder)
+            try:
+                child.ask({"do": "load", "assignment": str(self.assignment.folder)}, wall=SECONDS_TO_LOAD)
+            except WorkerEnded as error:
+                child.end()
+                name = self.assignment.name
+                raise InputError(
+                    f"assignment {name}: the solution cannot be run: {error} {child.output[-300:]}"
+                ) from None
+            self._child = child
+        return self._child
+
+    def _end(self) -> None:
+        if self._child is not None:
+            self._child.end()
+            self._child = None
+
+
+def fingerprint(assignment: Assignment) -> str:
+    """A hash of everything that marks and hints depend on."""
+    digest = hashlib.sha256(taichi_tracer.__version__.encode())
+    for root in (assignment.folder, *Path(__file__).parents[:2]):
+        for path in sorted(root.glob("*.py")) + sorted((root / "solution").glob("*.py")):
+            digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+# ── grading ──
+
 
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
 

@@ -16,7 +16,7 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
-from taichi_tracer.teaching.grading.marks import Mark, to_json
+from taichi_tracer.teaching.grading.grade import Mark, to_json
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent

@@ -34,8 +34,7 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Arrays
-from taichi_tracer.teaching.cache import VARIABLE, cache_folder
+from taichi_tracer.teaching.base import VARIABLE, Arrays, cache_folder
 from taichi_tracer.teaching.catalogue import SHIPPED
 
 LEVELS = ("bwrap", "limits")  # the stronger first

@@ -29,7 +29,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.teaching import cache, catalogue, mistakes, running, student_import
+from taichi_tracer.teaching import base, catalogue, checking, running
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.grading.isolate import SIZE, pack, unpack
 
@@ -54,9 +54,9 @@ class Work:
         """Load the solution, and then the hand-in."""
         self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
-        self.solution = self.student = student_import.solution_of(self.assignment)
+        self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
-            self.student = student_import.load_submission(Path(message["folder"]).resolve(), self.assignment)
+            self.student = running.load_submission(Path(message["folder"]).resolve(), self.assignment)
         return {}, {}
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -83,9 +83,9 @@ class Work:
 
     def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
-        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | cache.parted(arrays)
+        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | base.parted(arrays)
         part = self.assignment.part(message["part"])
-        found = mistakes.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
+        found = checking.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
         return {"findings": found}, {}
 
 

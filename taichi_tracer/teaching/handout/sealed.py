@@ -14,8 +14,7 @@ import numpy as np
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
-from taichi_tracer.teaching.cache import arrays_in, joined, parted
+from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part, arrays_in, joined, parted
 
 ANSWERS, FACTS = "answers.npz", "checks.json"
 
@@ -66,14 +65,14 @@ def seal(assignment: Assignment, folder: Path, seed: int) -> None:
     Raises:
         InputError: the solution does not run.
     """
-    from taichi_tracer.teaching import mistakes, running  # which need this module
+    from taichi_tracer.teaching import checking, running  # which need this module
 
     runtime.ensure()
     found: dict[str, Arrays] = {}
     for i, part in enumerate(assignment.parts):
         found[f"part {i}"] = running.expected(assignment, part, assignment.inputs(part, seed))
     for i, mistake in enumerate(assignment.mistakes):
-        found[f"mistake {i}"] = mistakes.answers_of(assignment, assignment.part(mistake.part), mistake, seed) or {}
+        found[f"mistake {i}"] = checking.answers_of(assignment, assignment.part(mistake.part), mistake, seed) or {}
     facts = {
         "name": assignment.name,
         "seed": seed,

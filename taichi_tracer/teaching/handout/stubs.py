@@ -4,8 +4,8 @@ import dis
 import inspect
 
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.own_code.source import unwrap
-from taichi_tracer.system.parts.overrides import written
+from taichi_tracer.system.own_code.checks import unwrap
+from taichi_tracer.system.parts import written
 
 MARK = "not_written"  # the name of the function, as it stands in the code of a stub
 OF_GRADERS = "NotImplementedError"  # nbgrader raises it where it has cut out a solution

@@ -8,7 +8,7 @@ from wrong_parts import WRONG
 
 import taichi_tracer as tt
 from taichi_tracer.system.errors import OwnCodeError
-from taichi_tracer.system.parts.registry import PARTS, load_parts
+from taichi_tracer.system.parts import PARTS, load_parts
 from taichi_tracer.system.taichi_17 import patches
 
 pytestmark = pytest.mark.usefixtures("f32")

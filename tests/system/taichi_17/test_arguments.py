@@ -12,8 +12,7 @@ import taichi.math as tm
 from support import needs_arrays, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import cache
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import cache, memory
 
 ROWS, COLUMNS = 5, 3
 
@@ -185,7 +184,7 @@ import sys
 import numpy as np
 import taichi as ti
 import taichi_tracer as tt
-from taichi_tracer.system.fields import memory
+from taichi_tracer.system import memory
 
 @ti.data_oriented
 class Picture:

@@ -7,10 +7,8 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import fixtures
-from taichi_tracer.teaching.base import Arrays, Part, method
-from taichi_tracer.teaching.fixtures import HIT, members
-from taichi_tracer.teaching.judges import Numbers, picture
-from taichi_tracer.teaching.rows import rows
+from taichi_tracer.teaching.base import Arrays, Numbers, Part, method, picture
+from taichi_tracer.teaching.fixtures import HIT, members, rows
 
 RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits to colours"
 

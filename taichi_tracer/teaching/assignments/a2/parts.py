@@ -8,10 +8,9 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import bound
-from taichi_tracer.teaching import fixtures, light_scenes
-from taichi_tracer.teaching.base import Arrays, method, optional
-from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
-from taichi_tracer.teaching.rows import rows, samples
+from taichi_tracer.teaching import fixtures
+from taichi_tracer.teaching.base import Arrays, Numbers, Samples, length_of, method, optional, picture, statistics
+from taichi_tracer.teaching.fixtures import rows, samples
 
 JITTER, MEAN, SKY = "anti-aliasing", "Monte Carlo means", "environment light"
 DIRECTIONS, REFLECTION, LIGHT, MICROFACETS = "sampling directions", "BRDFs", "direct light", "microfacets"
@@ -253,13 +252,13 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
         "origin": np.tile(eye, (RAYS, 1)).astype(np.float32),
         "direction": direction.astype(np.float32),
         "vertices": vertices,
-        "faces": light_scenes.quads(4),
+        "faces": fixtures.quads(4),
         "materials": np.array([0, 0, 1, 1, 0, 0, 0, 0], np.int32),
         "Kd": rng.uniform(0.3, 0.9, (2, 3)),
         "Ns": np.array([1.0, rng.uniform(4, 12)]),
         "image": image,
     }
-    return light_scenes.turned(rng, lit)
+    return fixtures.turned(rng, lit)
 
 
 # ── a picture ──

@@ -3,12 +3,11 @@
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.fields import memory
-from taichi_tracer.teaching import fixtures, light_scenes
-from taichi_tracer.teaching.base import Arrays, method, optional
-from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
-from taichi_tracer.teaching.rows import WHOLE, rows, samples
+from taichi_tracer.teaching import fixtures
+from taichi_tracer.teaching.base import Arrays, Numbers, Samples, length_of, method, optional, picture, statistics
+from taichi_tracer.teaching.fixtures import WHOLE, rows, samples
 from taichi_tracer.teaching.running import own_method
 
 POINTS, MEASURES, COMBINED = "sampling lights", "densities per area and per solid angle", "multiple importance sampling"
@@ -238,7 +237,7 @@ PARTS = (
     method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(exact=("length",), called="points")),
     method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, CONVERSION, NUMBERS),
     method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, HEURISTIC, NUMBERS),
-    method(f"{RENDERER}.shade_ray", 6, COMBINED, light_scenes.lamp_room, BOTH, Samples(called="rays")),
+    method(f"{RENDERER}.shade_ray", 6, COMBINED, fixtures.lamp_room, BOTH, Samples(called="rays")),
     method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
     method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),
     optional(method(f"{IMAGE}.precompute_scalar", 3, SKY, image, run_scalar, TEXELS)),

@@ -6,10 +6,9 @@ import taichi as ti
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import bound
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.teaching import fixtures, light_scenes
-from taichi_tracer.teaching.base import Arrays, method
-from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
-from taichi_tracer.teaching.rows import samples
+from taichi_tracer.teaching import fixtures
+from taichi_tracer.teaching.base import Arrays, Numbers, Samples, method, picture, statistics
+from taichi_tracer.teaching.fixtures import samples
 
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
 # With so many samples, the nearest known mistakes are 97 and 9 standard errors from the solution, and 6 pass.
@@ -58,8 +57,8 @@ def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
 
 def two_rooms(rng: np.random.Generator) -> Arrays:
     """A closed room that emits everywhere, where light bounces often, and a room with two lamps."""
-    closed = {f"closed {name}": array for name, array in light_scenes.closed_room(rng).items()}
-    return {**light_scenes.lamp_room(rng), **closed}
+    closed = {f"closed {name}": array for name, array in fixtures.closed_room(rng).items()}
+    return {**fixtures.lamp_room(rng), **closed}
 
 
 def run_paths(renderer_class: type, inputs: Arrays) -> Arrays:
@@ -82,7 +81,7 @@ THROUGHPUT = fixtures.on_rows("next_throughput", ["throughput", "f_r", "cosine",
 PARTS = (
     method("A4Renderer.next_throughput", 2, PATHS, bounces, THROUGHPUT, Numbers(1e-4, called="bounces")),
     method("A4Renderer.play_roulette", 2, ROULETTE, games, run_roulette, Samples(called="games")),
-    method("A4Renderer.sample_light", 4, EVENTS, light_scenes.lamp_room, run_event, Samples(called="rays")),
+    method("A4Renderer.sample_light", 4, EVENTS, fixtures.lamp_room, run_event, Samples(called="rays")),
     method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays", for_means=0.8)),
     picture("explicit", 2, fixtures.any_seed, run_picture),
 )

@@ -5,8 +5,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import fixtures
-from taichi_tracer.teaching.base import Arrays, method
-from taichi_tracer.teaching.judges import Numbers, picture
+from taichi_tracer.teaching.base import Arrays, Numbers, method, picture
 
 FRAME, SCREEN, RAYS = "camera frames", "raster images", "projections"
 

@@ -11,10 +11,9 @@ import taichi_tracer as tt
 from taichi_tracer.contracts.lab import bound
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.scene_lights import SceneLights
-from taichi_tracer.teaching import fixtures, light_scenes
-from taichi_tracer.teaching.base import Arrays, method
-from taichi_tracer.teaching.judges import Numbers, picture
-from taichi_tracer.teaching.rows import rows
+from taichi_tracer.teaching import fixtures
+from taichi_tracer.teaching.base import Arrays, Numbers, method, picture
+from taichi_tracer.teaching.fixtures import rows
 
 LIGHTS, CONES, AMBIENT = "lights", "spots", "ambient light"
 HIGHLIGHTS, SUM, MIRRORS = "Blinn's highlight", "Blinn–Phong", "mirrors"
@@ -385,7 +384,7 @@ def make_room(vertices, materials, sky) -> Any:
     lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
     options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights}
     options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": fixtures.PlainIntersector}
-    return tt.scene_from_mesh(vertices, light_scenes.quads(4), **options)
+    return tt.scene_from_mesh(vertices, fixtures.quads(4), **options)
 
 
 def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
+from taichi_tracer.teaching.base import Numbers, Pictures, Samples, statistics
 
 RNG = np.random.default_rng(7)
 

@@ -1,10 +1,11 @@
-"""The hard cases of light that bounces: they pass, and each finds the mistake that it is about."""
+"""The hard cases of light and of surfaces: they pass, and each finds the mistake that it is about."""
 
 import numpy as np
 import pytest
 from oracles import lamps as independent
 
-from taichi_tracer.studies.hard import oracle
+from taichi_tracer.studies.hard import light_cases, oracle
+from taichi_tracer.studies.hard.case import CaseTally
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -32,3 +33,19 @@ def test_a_lamp_that_fills_the_sky_gives_pi():
 
 
 # ── mistakes ──
+
+
+EPSILON = 2.0**-23
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+
+CASES = [pytest.param(light_cases.microfacets, marks=pytest.mark.slow), light_cases.rough_layers]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_passes(case):
+    found = CaseTally()
+    case(found, EPSILON)
+    assert found.tried > 100
+    assert (found.wrong, found.nan) == (0, 0)

@@ -4,8 +4,7 @@ import pytest
 
 from taichi_tracer.course.files import parsed
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.running import answer
-from taichi_tracer.teaching.student_import import load_submission, solution_of
+from taichi_tracer.teaching.running import answer, load_submission, solution_of
 
 CODE = 'NAME = "Grün"\n'
 

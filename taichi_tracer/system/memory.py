@@ -1,0 +1,644 @@
+"""Memory of Taichi's fields: allocated and freed with its owner, and written from numpy at once.
+
+**In numpy's memory.** The shape of a Taichi field is a part of each kernel that reads it: another mesh, or another size
+of the picture, would compile all kernels again. On a CPU, fields are therefore placed in numpy's memory, and kernels
+get them as arguments, so that one kernel serves every length. They are written as everywhere in Taichi
+(``ti.field(float)``, ``builder.dense(ti.i, n).place(field)``, ``field[i]``), and numpy reads and writes the same memory
+without a kernel. ``taichi_17.arguments`` makes an argument of each field that a kernel uses. On a GPU, in debug mode,
+or without ``taichi_17``, they are Taichi's own fields, whose data kernels copy.
+
+**Freed.** The fields of a ``Memory`` are freed together with their owner. Reading them afterwards is an error, and ends
+no process.
+
+**Tables.** Each kernel costs time in every process: Python reads it, and Taichi translates or loads it. ``Tables`` copy
+their arrays on a CPU directly, elsewhere all of them by one kernel.
+
+**Numbers.** A number in an attribute, such as ``self.max_bounces``, becomes a constant of every kernel that reads it,
+and another number another kernel. Of a ``varying`` number, the kernel gets the value at each launch: ``self.width`` is
+then an argument, without a word in the kernel. In Python and in ``ti.static`` it is the usual number.
+"""
+
+import itertools
+import math
+import weakref
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import taichi as ti
+from numpy.typing import ArrayLike
+from taichi.lang import impl
+from taichi.lang.field import Field, ScalarField
+from taichi.lang.matrix import MatrixField
+from taichi.lang.struct import StructField
+from taichi.lang.util import to_numpy_type
+
+from taichi_tracer.system import runtime
+from taichi_tracer.system.compile_time import is_starter
+from taichi_tracer.system.errors import InputError, StaleSceneError
+from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
+
+
+class Lru:
+    """The objects that were made for the keys that were asked for last.
+
+    Args:
+        most: how many are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._kept: dict[Hashable, Any] = {}
+
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._kept
+
+    def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """What was made for a key; it is made if nothing is kept for it."""
+        found = self._kept.pop(key) if key in self._kept else make()
+        self._kept[key] = found
+        while len(self._kept) > self.most:
+            del self._kept[next(iter(self._kept))]
+        return found
+
+
+# ── numbers ──
+
+
+class VaryingInt(int):
+    """A whole number that kernels get as an argument."""
+
+
+class VaryingFloat(float):
+    """A real number that kernels get as an argument."""
+
+
+VARYING = (VaryingInt, VaryingFloat)
+
+
+def varying(value: Any) -> Any:
+    """A number, or a tuple of such, in the form that kernels get as an argument.
+
+    Assign it to an attribute of an object that kernels read. The kernels see what the attribute is when they start.
+    """
+    if isinstance(value, tuple):
+        return tuple(varying(one) for one in value)
+    return VaryingFloat(value) if isinstance(value, float) else VaryingInt(value)
+
+
+# ── fields in numpy's memory ──
+
+
+ALIGNMENT = 64  # bytes: the largest vector that a CPU reads at once
+MOST_NUMBERS = (1 << 31) - 1  # numbers: kernels count in i32
+LETTERS = "ijkl"
+# Taichi's lists of axes, such as ``ti.ij``, whose elements do not say which axes they are: id of the list → numbers.
+AXES = {
+    id(getattr(ti, "".join(letters))): [LETTERS.index(letter) for letter in letters]
+    for length in (1, 2, 3)
+    for letters in itertools.combinations(LETTERS, length)
+}
+are_arguments = False  # whether ``taichi_17.arguments`` is in use
+
+
+def use_arrays() -> None:
+    """Let the package make fields in this way, from now on."""
+    global are_arguments
+    are_arguments = True
+
+
+def arrays_are_possible() -> bool:
+    """Whether kernels can get numpy's memory as arguments; debug mode checks the bounds of Taichi's own fields only."""
+    return ensure().arch == "cpu" and are_arguments and not ti.cfg.debug
+
+
+class Block:
+    """A ``dense`` node of a tree of fields. Each field gets an array of its own, so that a block is only a shape.
+
+    Args:
+        placed: what the root has placed. counts: axis → how many cells there are along it, in all blocks together.
+        constant: the axes whose count is a constant of the code.
+    """
+
+    def __init__(self, placed: list[Any], counts: dict[int, int], constant: frozenset[int]) -> None:
+        self.placed, self.counts, self.constant = placed, counts, constant
+
+    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "Block":
+        """A block in each cell of this one. In the cells of another block, its count is a constant if it has one axis.
+
+        Args:
+            axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or one number for
+                all.
+        """
+        counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
+        own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
+        if set(own) & set(self.counts):
+            raise InputError("an axis of a field cannot be divided into blocks here")
+        constant = frozenset(own) if self.counts and len(own) == 1 else frozenset()
+        return Block(self.placed, self.counts | own, constant)
+
+    def place(self, *fields: Any) -> "Block":
+        """Give fields an element in each cell."""
+        members = [one for field in fields for one in (field._members if isinstance(field, StructField) else [field])]
+        for member in members:
+            if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
+                raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
+            self.placed.append((member, dict(sorted(self.counts.items())), self.constant))
+        return self
+
+
+class Builder(Block):
+    """The root of a tree of fields, in place of ``ti.FieldsBuilder``; its own fields have one element each."""
+
+    def __init__(self) -> None:
+        super().__init__([], {}, frozenset())
+
+    def finalize(self) -> list["ArrayField"]:
+        """Allocate the memory of all fields, which is 0. Returns the fields."""
+        return [converted(*one) for one in self.placed]
+
+    def forget(self) -> None:
+        """Let Taichi forget the fields, which have no memory yet."""
+        for field, _, _ in self.placed:
+            forget(field)
+
+
+def aligned(size: int) -> np.ndarray:
+    """So many bytes, all of them 0, which begin at a multiple of ``ALIGNMENT``."""
+    found = np.zeros(size + ALIGNMENT, np.uint8)
+    return found[-found.ctypes.data % ALIGNMENT :][:size]
+
+
+class ArrayField(Field):
+    """What fields in numpy's memory have in place of the nodes of Taichi's tree.
+
+    Attributes:
+        array: the numbers, with the shape of the field, and for vectors and matrices theirs behind it; None if the
+            memory was freed.
+        constant: for each axis, whether its count is a constant of the code.
+        kind: the type of its numbers. own: the shape of a vector or of a matrix, () of a number.
+    """
+
+    array: np.ndarray | None
+    kind: Any
+    own: tuple[int, ...]
+    constant: list[bool]
+    host_accessors: Any
+
+    def numbers(self) -> np.ndarray:
+        """``array``, or an error if the memory was freed."""
+        if self.array is None:
+            raise StaleSceneError("this field was destroyed together with its owner: make a new one")
+        return self.array
+
+    def free(self) -> None:
+        """Let go of the numbers."""
+        self.array = self.host_accessors = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many elements there are along each axis."""
+        return self.numbers().shape[: len(self.constant)]
+
+    @property
+    def dtype(self) -> Any:
+        """Taichi's type of the numbers."""
+        return self.kind
+
+    @property
+    def _snode(self) -> Any:
+        return SimpleNamespace(shape=self.numbers().shape[: len(self.constant)], _dtype=self.kind, _name="", ptr=self)
+
+    def _initialize_host_accessors(self) -> None:
+        if not self.host_accessors:
+            self.host_accessors = [Accessor(self.numbers(), place) for place in np.ndindex(*self.own)]
+
+    def to_numpy(self, dtype: Any = None) -> np.ndarray:
+        """A copy of the numbers."""
+        return self.numbers().astype(self.numbers().dtype if dtype is None else dtype)
+
+    def from_numpy(self, numbers: ArrayLike) -> None:
+        """Set all numbers."""
+        numbers = np.asarray(numbers)
+        if numbers.shape != self.numbers().shape and numbers.size != self.numbers().size:
+            raise ValueError(f"ti.field shape {self.shape} does not match the numpy array shape {numbers.shape}")
+        self.numbers()[...] = numbers.reshape(self.numbers().shape)
+
+    def copy_from(self, other: Any) -> None:
+        """Copy all numbers from another field of the same shape."""
+        self.from_numpy(other.to_numpy())
+
+    def __str__(self) -> str:
+        return repr(self) if impl.inside_kernel() or self.array is None else str(self.array)
+
+
+class Accessor:
+    """Reads and writes one component of each element of a field, for Python.
+
+    Args:
+        array: the numbers of the field. place: the index of the component.
+    """
+
+    def __init__(self, array: np.ndarray, place: tuple[int, ...]) -> None:
+        self.array, self.place = array, place
+        self.axes = array.ndim - len(place)
+
+    def getter(self, *key: int) -> Any:
+        """The number at an index, which has zeros behind the axes of the field."""
+        return self.array[self.index(key)].item()
+
+    def setter(self, value: Any, *key: int) -> None:
+        """Set the number at an index."""
+        self.array[self.index(key)] = value
+
+    def index(self, key: tuple[int, ...]) -> tuple[int, ...]:
+        """Numpy's index of the component."""
+        return (*key[: self.axes], *self.place)
+
+
+class ScalarArray(ArrayField, ScalarField):
+    """A field of numbers in numpy's memory."""
+
+    def fill(self, value: Any) -> None:
+        """Set all numbers."""
+        if impl.inside_kernel():
+            ScalarField.fill(self, value)
+        else:
+            self.numbers()[...] = value
+
+
+class MatrixArray(ArrayField, MatrixField):
+    """A field of vectors or of matrices in numpy's memory."""
+
+    def fill(self, value: Any) -> None:
+        """Set all vectors or matrices, to one number or to one of their kind."""
+        if impl.inside_kernel():
+            MatrixField.fill(self, value)
+        else:
+            self.numbers()[...] = np.asarray(value.to_list() if isinstance(value, ti.Matrix) else value)
+
+
+def kind_of(field: Any) -> tuple[str, tuple[int, ...]]:
+    """The type of a field's numbers, and the shape of a vector or of a matrix, () of a number."""
+    own = (field.n, field.m)[: field.ndim] if isinstance(field, MatrixField) else ()
+    return field.vars[0].ptr.get_dt().to_string(), own
+
+
+def forget(field: Any) -> None:
+    """Let Taichi forget a field that has no memory; otherwise it would ask for it before the next kernel."""
+    runtime, own = impl.get_runtime(), {id(variable) for variable in field.vars}
+    runtime.global_vars = [variable for variable in runtime.global_vars if id(variable) not in own]
+    runtime.matrix_fields = [other for other in runtime.matrix_fields if other is not field]
+
+
+def converted(field: Any, counts: dict[int, int], constant: frozenset[int]) -> ArrayField:
+    """Make a field of Taichi's that has no memory an ``ArrayField``, in place, and give it memory.
+
+    Args:
+        counts: axis → how many elements there are. constant: the axes whose count is a constant of the code.
+    """
+    forget(field)
+    name, field.own = kind_of(field)
+    field.kind = getattr(ti, name)
+    kind, shape = np.dtype(to_numpy_type(field.kind)), (*counts.values(), *field.own)
+    if math.prod(shape) > MOST_NUMBERS:
+        raise InputError(f"an array of {' x '.join(map(str, counts.values()))} elements is too large for a kernel")
+    field.__class__ = MatrixArray if isinstance(field, MatrixField) else ScalarArray
+    field.array = aligned(math.prod(shape) * kind.itemsize).view(kind).reshape(shape)
+    field.constant = [axis in constant for axis in counts]
+    return field
+
+
+# ── fields that are freed with their owner ──
+
+
+MEMINFO = Path("/proc/meminfo")  # of Linux
+KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
+# Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
+# kernels, so that Python must read again every kernel that is still in use.
+MOST_WAITING, MOST_BYTES_WAITING = 32, 1 << 27
+
+
+def ask_for(needed: int, what: str) -> None:
+    """Raise an InputError if more memory is needed than is free. Without this check, Taichi would end the process.
+
+    Args:
+        needed: the memory in bytes. what: the name of what needs it, for the message.
+    """
+    free = free_bytes()
+    if free is not None and needed > (1 - KEPT_FREE) * free and _orphans:
+        _free_orphans()
+        free = free_bytes()
+    if free is not None and needed > (1 - KEPT_FREE) * free:
+        sizes = f"{needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are free"
+        raise InputError(f"{what} needs {sizes}: ask for less")
+
+
+def free_bytes() -> int | None:
+    """The bytes of memory that are free on this machine; None if this is unknown, as it is outside of Linux."""
+    if not MEMINFO.exists():
+        return None
+    lines = dict(line.split(":", 1) for line in MEMINFO.read_text().splitlines())
+    return int(lines["MemAvailable"].split()[0]) * 1024
+
+
+class Lifetime:
+    """Remembers the start of Taichi to which an object's fields belong. Fields of an earlier start must not be used."""
+
+    def __init__(self) -> None:
+        ensure()
+        self._program = weakref.ref(impl.get_runtime().prog)
+
+    def is_over(self) -> bool:
+        """Whether Taichi was started again, or reset, since then."""
+        program = self._program()
+        return is_forked() or program is None or program is not impl.get_runtime().prog
+
+    def check(self, what: str) -> None:
+        """Raise a StaleSceneError if the fields of ``what`` are gone; using them would crash the process."""
+        check_not_forked()
+        if self.is_over():
+            raise StaleSceneError(
+                f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"
+            )
+
+
+class Memory:
+    """The fields of one owner, which are freed together with the owner.
+
+    Taichi itself never frees its own fields, and has room for only 512 such groups. The memory of owners that no longer
+    exist is freed when some of it has come together, because kernels must be read again afterwards.
+
+    First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
+    between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
+    it forgets them: otherwise no kernel could run any more.
+    """
+
+    def __init__(self) -> None:
+        if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
+            _free_orphans()
+        self._lifetime = Lifetime()
+        if not (arrays_are_possible() or is_starter()):
+            raise InputError("on this backend, scenes and renderers are made in the thread that started Taichi")
+        self.has_arrays = arrays_are_possible()
+        self.fields: Any = Builder() if self.has_arrays else ti.FieldsBuilder()
+        self._tree: Any = None  # of Taichi's fields; or the list of those in numpy's memory
+        self._bytes = 0
+
+    def is_over(self) -> bool:
+        """Whether Taichi was started again since then, or the memory was freed."""
+        return self._tree is None or self._lifetime.is_over()
+
+    def allocate(self) -> None:
+        """Allocate the fields. After that, no more fields can be placed."""
+        self._tree = self.fields.finalize()
+        if not self.has_arrays:
+            self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
+
+    def array(self, field: Any) -> np.ndarray:
+        """The memory of one of these fields as an array; only if this ``has_arrays``."""
+        self.check("field")
+        return field.numbers()
+
+    def write(self, field: Any, numbers: ArrayLike) -> None:
+        """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
+        if self.has_arrays:
+            self.array(field)[...] = numbers
+        else:
+            field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
+
+    def clear(self, field: Any) -> None:
+        """Set all numbers of one of these fields to 0."""
+        self.check("field")
+        if self.has_arrays:
+            self.array(field)[...] = 0
+        else:
+            field.fill(0)
+
+    def read(self, field: Any) -> np.ndarray:
+        """``field.to_numpy()`` of one of these fields."""
+        return self.array(field).copy() if self.has_arrays else field.to_numpy()
+
+    def __enter__(self) -> Any:
+        return self.fields
+
+    def __exit__(self, error, *_more) -> None:
+        if error is None:
+            self.allocate()
+        elif isinstance(self.fields, Builder):
+            self.fields.forget()
+        else:
+            impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
+
+    def check(self, what: str) -> None:
+        """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""
+        self._lifetime.check(what)
+        if self._tree is None:
+            raise StaleSceneError(f"this {what} was destroyed: make a new one")
+
+    def free(self) -> None:
+        """Free the memory now. The fields cannot be used afterwards."""
+        tree, self._tree = self._tree, None
+        if self.has_arrays:
+            for field in tree or ():
+                field.free()
+        elif tree is not None:
+            _destroy(tree, self._lifetime)
+
+    def __del__(self) -> None:
+        # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
+        is_own = getattr(self, "_tree", None) is not None and not self.has_arrays
+        if is_own and _orphans is not None:
+            _orphans.append((self._lifetime, self._tree, self._bytes))
+
+
+_orphans: list[tuple[Lifetime, Any, int]] = []
+
+
+def _free_orphans() -> None:
+    """Free the memory of owners that no longer exist."""
+    while _orphans:
+        lifetime, tree, _ = _orphans.pop()
+        _destroy(tree, lifetime)
+
+
+def _destroy(tree: Any, lifetime: Lifetime) -> None:
+    if not lifetime.is_over():
+        impl.get_runtime().materialize()  # otherwise Taichi would still check fields that no kernel has used
+        tree.destroy()
+
+
+# ── arrays that are copied into fields ──
+
+
+# Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
+MANY_CELLS = 1 << 18
+MANY_CELLS_OF_A_GPU = 1 << 12  # one of its threads is slow; and Vulkan in software ends every loop after 65,535 turns
+
+
+@dataclass(frozen=True)
+class Table:
+    """A field and the array for it.
+
+    Attributes:
+        field: of numbers or of vectors, with at most two indices; or one matrix without an index. Of the running
+            precision, of f64, or of integers.
+        array: its numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
+        number: of the table among all.
+    """
+
+    field: Any
+    array: np.ndarray
+    number: int
+
+    @property
+    def components(self) -> int:
+        """How many numbers a cell of the field has."""
+        return int(np.prod(self.array.shape[len(self.field.shape) :]))
+
+    @property
+    def columns(self) -> int:
+        """The columns of the m in an n × m matrix, which is a cell of the field; 1 for other cells."""
+        return getattr(self.field, "m", 1)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the numbers are integers."""
+        return np.dtype(self.array.dtype).kind in "iub"
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the numbers are in f64 and kernels run in f32: then the bits of a number come as two integers."""
+        return self.field.dtype == ti.f64 and runtime.dtype() is np.float32
+
+    @property
+    def cells(self) -> int:
+        """How many cells of the field are written."""
+        return int(np.prod(self.array.shape[: len(self.field.shape)]))
+
+    @property
+    def is_large(self) -> bool:
+        """Whether a kernel copies the cells in parallel."""
+        return self.cells >= (MANY_CELLS if runtime.ensure().arch == "cpu" else MANY_CELLS_OF_A_GPU)
+
+
+@ti.data_oriented
+class Tables:
+    """Fields and the arrays for them."""
+
+    def __init__(self) -> None:
+        self.tables: dict[int, Table] = {}  # id of the field → its table
+
+    def put(self, field: Any, array: np.ndarray) -> None:
+        """Let ``load`` copy an array into a field, in place of an earlier array of the same shape for this field."""
+        number = self.tables[id(field)].number if id(field) in self.tables else len(self.tables)
+        self.tables[id(field)] = Table(field, array, number)
+
+    def load(self, memory: Memory) -> None:
+        """Copy all arrays into their fields.
+
+        Args:
+            memory: of the fields, which were allocated.
+        """
+        if memory.has_arrays:
+            for table in self.tables.values():
+                rows = slice(len(table.array)) if table.field.shape else ...
+                memory.array(table.field)[rows] = table.array
+        else:
+            self.load_by_kernel()
+
+    def load_by_kernel(self) -> None:
+        """The same, where kernels have memory of their own."""
+        self._load(*self.arguments())
+
+    def arguments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All numbers, all integers, and for each table where its own begin and how many cells it has."""
+        places: list[int] = []
+        parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
+        sizes = {False: 1, True: 1}
+        for table in self.tables.values():
+            array, is_whole = table.array.reshape(-1), table.is_whole or table.is_wide
+            if table.is_wide:
+                array = array.astype("<f8").view("<i4")
+            places += [sizes[is_whole], table.cells]
+            parts[is_whole].append(array)
+            sizes[is_whole] += array.size
+        numbers = np.concatenate(parts[False], dtype=runtime.dtype(), casting="same_kind")
+        integers = np.concatenate(parts[True], dtype=np.int32, casting="unsafe")
+        return numbers, integers, np.array([*places, 0], np.int32)
+
+    @ti.kernel
+    def _load(
+        self,
+        numbers: ti.types.ndarray(ndim=1),
+        integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
+        places: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    ):
+        ti.loop_config(serialize=True)
+        for _ in range(1):  # all small tables are inside this loop, so that Taichi translates them as one piece
+            for table in ti.static([table for table in self.tables.values() if not table.is_large]):
+                for i in range(places[2 * table.number + 1]):
+                    self.put_cell(table, numbers, integers, places[2 * table.number], i)
+        for table in ti.static([table for table in self.tables.values() if table.is_large]):
+            for i in range(places[2 * table.number + 1]):
+                self.put_cell(table, numbers, integers, places[2 * table.number], i)
+
+    @ti.func
+    def put_cell(self, table: ti.template(), numbers: ti.template(), integers: ti.template(), first, i):
+        """Write the i-th cell of a field, whose numbers begin at ``first``."""
+        source = ti.static(integers if table.is_whole or table.is_wide else numbers)
+        shape = ti.static(table.field.shape)
+        for k in ti.static(range(table.components)):
+            value = number_at(table, source, first, i * table.components + k)
+            if ti.static(len(shape) == 0):
+                if ti.static(table.columns > 1):
+                    table.field[None][k // table.columns, k % table.columns] = value
+                elif ti.static(hasattr(table.field, "n")):
+                    table.field[None][k] = value
+                else:
+                    table.field[None] = value
+            elif ti.static(len(shape) == 1):
+                if ti.static(hasattr(table.field, "n")):
+                    table.field[i][k] = value
+                else:
+                    table.field[i] = value
+            else:
+                row, column = i // shape[1], i % shape[1]
+                if ti.static(hasattr(table.field, "n")):
+                    table.field[row, column][k] = value
+                else:
+                    table.field[row, column] = value
+
+
+def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
+    """The memory of new fields with these numbers, and the fields: of i32, or of the running precision.
+
+    Args:
+        arrays: one for each field; those of equal length stand side by side in memory.
+        indices: how many of their axes, 1 or 2, fields have as indices; a further axis has the components of vectors.
+    """
+    memory, tables, blocks, made = Memory(), Tables(), {}, []
+    for array in arrays:
+        dtype, kind = (np.int32, ti.i32) if np.issubdtype(array.dtype, np.integer) else (runtime.dtype(), float)
+        made.append(ti.field(kind) if array.ndim == indices else ti.Vector.field(array.shape[-1], kind))
+        counts = array.shape[:indices]
+        if counts not in blocks:
+            blocks[counts] = memory.fields.dense(ti.i if indices == 1 else ti.ij, counts)
+        blocks[counts].place(made[-1])
+        tables.put(made[-1], array.astype(dtype, copy=False))
+    memory.allocate()
+    tables.load(memory)
+    return memory, made
+
+
+@ti.func
+def number_at(table: ti.template(), source: ti.template(), first, i):
+    """The i-th number of a table, whose numbers begin at ``first``."""
+    if ti.static(table.is_wide):
+        low, high = ti.cast(source[first + 2 * i], ti.u32), ti.cast(source[first + 2 * i + 1], ti.u32)
+        return ti.bit_cast(ti.cast(low, ti.u64) | (ti.cast(high, ti.u64) << 32), ti.f64)
+    else:  # noqa: RET505 (Taichi compiles one of the two)
+        return ti.cast(source[first + i], table.field.dtype)
