@@ -20,8 +20,8 @@ def ask(part: ti.template(), number: ti.i32) -> ti.i32:
 def test_samples_begin_in_one_place():
     """One loop begins the samples of pictures: whoever watches a sample uses this loop.
 
-    The checks of the assignments and of parts ask for random numbers, too, but make no picture; and ``course`` counts
-    samples of an environment.
+    The checks of the assignments and of parts ask for random numbers, too, but make no picture; ``course`` counts
+    samples of an environment; and ``unseen`` compares two techniques in a few pixels.
     """
     package = Path(taichi_tracer.__file__).parent
     found = set()
@@ -29,4 +29,4 @@ def test_samples_begin_in_one_place():
         calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)]
         if any(getattr(call.func, "attr", "") == "start" and len(call.args) == 4 for call in calls):
             found.add(path.relative_to(package).parts[0])
-    assert found == {"progressive.py", "teaching", "contracts", "course"}
+    assert found == {"progressive.py", "teaching", "contracts", "course", "unseen"}
