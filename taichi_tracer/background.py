@@ -77,11 +77,6 @@ class Background:
         return above + fy * (below - above)
 
 
-def corner_background(bl, tl, tr, br) -> Background:
-    """Four colours at the corners of the frame, interpolated bilinearly (RT-7)."""
-    return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
-
-
 def load_background(value: "ArrayLike | Path | Background | None") -> Background | None:
     """A background from one colour, four colours (``CORNERS``), an image, a path, a ``Background``, or None.
 
@@ -98,5 +93,6 @@ def load_background(value: "ArrayLike | Path | Background | None") -> Background
     if np.shape(value) == (3,):
         return Background(np.reshape(value, (1, 1, 3)), what="one colour")
     if np.shape(value) == (4, 3):
-        return corner_background(*np.asarray(value))
+        bl, tl, tr, br = np.asarray(value)
+        return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
     return Background(value)

@@ -222,11 +222,6 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         """Whether the window was given, or is the default; False if an angle determines it."""
         return self.view.has_window
 
-    @property
-    def stretch(self) -> float:
-        """The ratio width / height with which the picture shows a square; 1 without distortion."""
-        return self.view.stretch(self.width, self.height)
-
     def compute_half_size(self) -> tuple[float, float]:
         """Half the width and half the height of the image plane; a perspective camera measures them at distance 1."""
         if not self.is_parallel:

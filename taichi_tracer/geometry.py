@@ -405,11 +405,6 @@ class Geometry:
         larger is the error of the normal.
         """
         v0, v1, v2 = self.triangle(triangle_id)
-        return self.position_on(triangle_id, u, v, v0, v1, v2)
-
-    @ti.func
-    def position_on(self, triangle_id, u, v, v0, v1, v2):
-        """``position`` with the vertices of the triangle."""
         return self.position_between(u, v, v0, v1, v2, self.thinness[triangle_id])
 
     @ti.func

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -17,23 +17,6 @@ from taichi_tracer.system.formatting import digits, digits_of
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
 # had when this file was imported. Therefore the members take their scalar type from tm.vec3.
 real = tm.vec3.dtype
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    class Members(TypedDict, total=False):
-        """The members of ``HitData``, as editors know them; those that are not given are 0."""
-
-        is_hit: Any
-        is_backfacing: Any
-        triangle_id: Any
-        distance: Any
-        barycentric_coords: Any
-        normal: Any
-        material_id: Any
-        geometric_normal: Any
-        position: Any
-        position_error: Any
 
 
 @ti.dataclass
@@ -80,7 +63,7 @@ class HitData:
 
     if TYPE_CHECKING:  # what ti.dataclass adds, for editors
 
-        def __init__(self, *members: Any, **named: "Unpack[Members]") -> None: ...
+        def __init__(self, *members: Any, **named: Any) -> None: ...
 
 
 @ti.func

@@ -7,7 +7,7 @@ from oracles import backgrounds as oracle
 from shapes import SQUARE
 
 import taichi_tracer as tt
-from taichi_tracer.background import corner_background, load_background
+from taichi_tracer.background import load_background
 
 COLORS = [(0.0, 0.0, 0.25), (1.0, 0.5, 0.0), (0.25, 1.0, 0.125), (1.0, 0.0, 0.75)]
 
@@ -30,14 +30,14 @@ def picture(background, width, height):
 
 
 def test_four_corners_are_bilinear_at_pixel_centres():
-    background = corner_background(*COLORS)
+    background = load_background(COLORS)
     for width, height in ((2, 2), (7, 5), (1, 1), (640, 3)):
         expected = oracle.corners(width, height, *COLORS)
         np.testing.assert_allclose(picture(background, width, height), expected, atol=1.2e-7)
 
 
 def test_corners_stand_where_their_names_say():
-    shown = picture(corner_background(*COLORS), 400, 300)
+    shown = picture(load_background(COLORS), 400, 300)
     for (row, column), color in zip(((-1, 0), (0, 0), (0, -1), (-1, -1)), COLORS, strict=True):
         np.testing.assert_allclose(shown[row, column], color, atol=0.005)
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.running import Interruption, written
 from taichi_tracer.files import checkpoint
-from taichi_tracer.picture.progress import Progress, Target, two_digits
+from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.picture.progress import Progress, Target
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.errors import InputError
@@ -107,7 +108,7 @@ def progress_bar(renderer: ProgressiveRenderer) -> Iterator[Callable[[Progress],
 
         def show(progress: Progress) -> None:
             """Bring the bar up to date."""
-            left, error = progress.seconds_left, f"error {two_digits(progress.error)}"
+            left, error = progress.seconds_left, f"error {percent(progress.error)}"
             rest = f"{left:.1f} s left" if left >= 0 else "? left"
             texts = [f"{renderer.samples} spp", f"{progress.seconds:.1f} s", progress.place, error, rest]
             bar.set_postfix_str(", ".join(filter(None, texts)), refresh=False)

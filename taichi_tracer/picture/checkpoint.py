@@ -36,22 +36,15 @@ def facts_of(renderer) -> dict:
         "precision": settings.precision,
         "fast math": settings.fast_math,
         **renderer.active.facts(),
-        **own_parts(renderer.scene_data),
+        "own parts": own_parts(renderer.scene_data),
     }
 
 
-def own_parts(scene_data) -> dict:
-    """The names of the scene's parts that do not belong to the package, because a picture depends on them."""
-    library = scene_data.material_library
-    parts = {"intersector": [scene_data.ray_intersector]}
-    parts["BRDFs"] = [library.brdfs[i] for i in scene_data.effects.brdfs]
-    names = {what: [full_name(one) for one in those] for what, those in parts.items()}
-    return {what: those for what, those in names.items() if any(not name.startswith(PACKAGE) for name in those)}
-
-
-def full_name(part) -> str:
-    """The full name of a part's class, with its module."""
-    return f"{type(part).__module__}.{type(part).__qualname__}"
+def own_parts(scene_data) -> list[str]:
+    """The classes of the scene's parts that do not belong to the package, because a picture depends on them."""
+    brdfs = [scene_data.material_library.brdfs[i] for i in scene_data.effects.brdfs]
+    classes = [type(part) for part in (scene_data.ray_intersector, *brdfs)]
+    return [f"{cls.__module__}.{cls.__qualname__}" for cls in classes if not cls.__module__.startswith(PACKAGE)]
 
 
 def save(renderer, path: str | Path) -> None:

@@ -28,20 +28,16 @@ class ErrorCurves(dict[str, list[ErrorPoint]]):
     def __init__(self) -> None:
         super().__init__()
         self._of: object = None
-        self._is_new: dict[str, bool] = {}
 
     def begin(self, name: str, of: object) -> None:
         """The picture of an integrator begins; ``of`` is everything that it depends on beside the integrator."""
         if of != self._of:
             self.clear()
             self._of = of
-        self._is_new[name] = True
+        self.pop(name, None)
 
     def add(self, name: str, point: ErrorPoint) -> None:
         """One more look, unless there is one after so many samples."""
-        if self._is_new.get(name, True):
-            self[name] = []
-            self._is_new[name] = False
         curve = self.setdefault(name, [])
         if not curve or curve[-1].samples < point.samples:
             curve.append(point)

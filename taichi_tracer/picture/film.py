@@ -17,12 +17,13 @@ from taichi_tracer.picture.error_estimate import (
     errors_of_sequence,
     relative_error,
 )
-from taichi_tracer.picture.non_finite import NonFiniteSamples
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.unseen import rare_light
 
-SUMS = ("total", "lost", "deviation", "largest", "before", "half_count")  # the names of the fields of sums
+# The names of the fields that checkpoints keep.
+SUMS = ("total", "lost", "deviation", "largest", "before", "half_count", "non_finites")
+MAX_LOCATED = 16  # all samples that are not finite are counted; so many places are enough to find the cause
 
 
 class Spread(NamedTuple):
@@ -70,6 +71,7 @@ class Film:
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
+        non_finites: (1 + MAX_LOCATED, 3): how many samples were not finite (C-20), then (x, y, sample index) of each.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
         rare: rows of light that samples find rarely, see ``rare_light.of_kinds``; its renderer finds them.
     """
@@ -106,7 +108,8 @@ class Film:
         fields, shape = self.memory.fields, (self.width, self.height)
         self.canvas = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.canvas)  # apart, because windows read it directly
-        self.non_finites = NonFiniteSamples(self.memory)
+        self.non_finites = ti.field(ti.i32)
+        fields.dense(ti.ij, (1 + MAX_LOCATED, 3)).place(self.non_finites)
         if not self.averages:
             return
         real = float if self.compensates else ti.f64
@@ -137,7 +140,6 @@ class Film:
         self.check_alive()
         for field in self._sums().values():
             self.memory.clear(field)
-        self.non_finites.clear()
         self.samples = 0
         self.rare = self.rare[:0]
 
@@ -165,7 +167,7 @@ class Film:
             self.canvas[x, y] = value
         else:
             self.canvas[x, y] = tm.vec3(0)
-            self.non_finites.locate(x, y, sample)
+            self.locate(x, y, sample)
 
     @ti.func
     def add(self, x, y, value, sample):
@@ -186,7 +188,15 @@ class Film:
             if ti.static(self.halves == 2):
                 self.largest[x, y] = ti.max(self.largest[x, y], mean_of_channels(value))
         else:
-            self.non_finites.locate(x, y, sample)
+            self.locate(x, y, sample)
+
+    @ti.func
+    def locate(self, x, y, sample):
+        """Count a sample that is not finite, and keep where the first of them were."""
+        place = 1 + ti.atomic_add(self.non_finites[0, 0], 1)
+        if place <= MAX_LOCATED:
+            self.non_finites[place, 0], self.non_finites[place, 1] = x, y
+            self.non_finites[place, 2] = ti.cast(sample, ti.i32)
 
     @ti.func
     def add_to_half(self, x, y, half, value):
@@ -260,12 +270,12 @@ class Film:
     def non_finite(self) -> int:
         """How many samples were not finite."""
         self.check_alive()
-        return self.non_finites.count()
+        return int(self.memory.read(self.non_finites)[0, 0])
 
     def non_finite_samples(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of the first ``MAX_LOCATED`` samples that were not finite."""
         self.check_alive()
-        return self.non_finites.places()
+        return [tuple(place) for place in self.memory.read(self.non_finites)[1 : 1 + self.non_finite].tolist()]
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
@@ -385,8 +395,11 @@ class Film:
         if (self.halves, self.doubles, self.keeps_deviation) != (other.halves, other.doubles, other.keeps_deviation):
             raise InputError("film: samples of different samplers cannot be added")
         n, m = self.counts(), other.counts()
-        mine = {name: self.memory.read(field) for name, field in self._sums().items()}
-        theirs = {name: other.memory.read(field) for name, field in other._sums().items()}
+        mine, theirs = self.to_arrays(), other.to_arrays()
+        del mine["rare"]
+        located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
+        mine["non_finites"][0] += theirs["non_finites"][0]
+        mine["non_finites"][1 : 1 + len(located)] = np.reshape(located, (-1, 3))
         if self.keeps_deviation:  # Chan et al. 1979
             apart = self._means() - other._means()
             mine["deviation"] += theirs["deviation"] + apart**2 * (n * m / np.maximum(n + m, 1))[..., None]
@@ -405,7 +418,6 @@ class Film:
                 mine[name] += theirs[name]
         for name, array in mine.items():
             self.memory.write(getattr(self, name), array)
-        self.non_finites.add(other.non_finites)
         self.samples += other.samples
         self.rare = self.rare if len(self.rare) else other.rare
         self.show()
@@ -423,12 +435,11 @@ class Film:
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The complete content of the film, for a checkpoint: its sums [x, y, …] by name, in the types of the fields.
 
-        ``non_finite`` is (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of
-        each. ``rare`` is the attribute.
+        ``rare`` is the attribute.
         """
         self.check_alive()
         sums = {name: self.memory.read(field) for name, field in self._sums().items()}
-        return sums | {"non_finite": self.non_finites.to_array(), "rare": self.rare}
+        return sums | {"rare": self.rare}
 
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
@@ -448,7 +459,6 @@ class Film:
         self.check_arrays(arrays)
         for name, field in self._sums().items():
             self.memory.write(field, arrays[name])
-        self.non_finites.from_array(arrays["non_finite"])
         self.samples = samples
         self.rare = arrays["rare"]
         self.show()

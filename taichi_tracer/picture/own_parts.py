@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.errors import NotFiniteWarning
+from taichi_tracer.system.formatting import digits_of
 from taichi_tracer.system.own_code.checks import is_packages
 from taichi_tracer.system.parts import replaced
 
@@ -34,7 +35,7 @@ def note_rays(camera: Any) -> None:
     wrong = ~np.isfinite(np.hstack([origins, directions])).all(axis=1) | (directions == 0).all(axis=1)
     if wrong.mean() > MOST_RAYS:
         k = int(wrong.argmax())
-        ray = f"the origin {vector_text(origins[k])} and the direction {vector_text(directions[k])}"
+        ray = f"the origin {digits_of(origins[k])} and the direction {digits_of(directions[k])}"
         text = f"{type(camera).__name__}.generate_ray: the ray of pixel ({x[k]}, {y[k]}) has {ray}, and hits nothing"
         warnings.warn(text, stacklevel=4)
 
@@ -47,8 +48,3 @@ def note_samples(renderer: Any) -> None:
         part = renderer.active.name
         message = f"{count:,} of {of:,} samples are NaN or infinite, and are not added; the first at pixel ({x}, {y})"
         warnings.warn(f"{part}: {message}", NotFiniteWarning, stacklevel=4)
-
-
-def vector_text(vector: np.ndarray) -> str:
-    """Three numbers in a message."""
-    return f"({', '.join(f'{number:g}' for number in vector)})"

@@ -231,14 +231,6 @@ def soonest(until: dict[str, float]) -> float:
     return float(np.min(list(until.values()) or [math.nan]))
 
 
-def two_digits(fraction: float) -> str:
-    """A fraction in percent for a display that changes all the time: "1.3 %", "130 %", and no power of ten."""
-    if not math.isfinite(fraction):
-        return "unknown"
-    value = 100 * fraction
-    return f"{value:,.0f} %" if value >= 10 else f"{value:.2g} %"
-
-
 def slope(points: list[tuple[float, float]]) -> float:
     """The slope of the straight line through the logarithms of the points, by least squares."""
     x, y = np.log(points).T

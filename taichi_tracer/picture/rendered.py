@@ -176,11 +176,8 @@ class RenderedPicture:
         y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
         hits = self.scene_data.intersect(*self.camera.rays(x, y))
         looks = albedo_uv_of(self.scene_data.in_kernels(), hits) if any(aov.is_look for aov in aovs) else None
-        return {aov: self._as_image(aov.of(hits, looks)) for aov in aovs}
-
-    def _as_image(self, rows: np.ndarray) -> np.ndarray:
-        """(height, width, …) from an array with one row per pixel."""
-        return rows.reshape(self.height, self.width, *rows.shape[1:])
+        rows = {aov: aov.of(hits, looks) for aov in aovs}
+        return {aov: found.reshape(self.height, self.width, *found.shape[1:]) for aov, found in rows.items()}
 
     def save(self, path: str | Path, aovs: Sequence[str] = ()) -> None:
         """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
