@@ -70,4 +70,4 @@ def test_parts_of_ones_own_are_facts(scene):
     usual, own = facts_of(renderer(scene)), facts_of(renderer(load("cube", brdfs=[Velvet()])))
     assert usual["own parts"] == []
     assert own["own parts"][0].endswith("Velvet")
-    assert {key for key in own if own[key] != usual.get(key)} == {"BRDFs"}
+    assert {key for key in own if own[key] != usual.get(key)} == {"own parts"}
