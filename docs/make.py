@@ -45,7 +45,7 @@ def commands(is_slow: bool = False) -> list[list[str]]:
 def render(words: list[str], folder: Path) -> list[Path]:
     """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
     from taichi_tracer.apps.cli import main
-    from taichi_tracer.apps.grammar import as_value
+    from taichi_tracer.apps.console import as_value
     from taichi_tracer.system import runtime
 
     runtime.init("cpu", force=True)

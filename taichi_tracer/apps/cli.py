@@ -14,8 +14,18 @@ from collections.abc import Sequence
 
 import taichi_tracer
 from taichi_tracer.apps import commands
-from taichi_tracer.apps.grammar import Parser, add_command, as_value, load, load_parts, values_of
-from taichi_tracer.apps.notes import USER_ERROR, let_every_character_print, note, noted
+from taichi_tracer.apps.console import (
+    USER_ERROR,
+    Parser,
+    add_command,
+    as_value,
+    let_every_character_print,
+    load,
+    load_parts,
+    note,
+    noted,
+    values_of,
+)
 from taichi_tracer.apps.running import EXIT_CODE, moved
 from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import InputError, NotFiniteWarning, StaleSceneError

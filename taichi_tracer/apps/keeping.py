@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.console import note
 from taichi_tracer.apps.running import Interruption, written
 from taichi_tracer.files import checkpoint
 from taichi_tracer.picture.error_estimate import percent

@@ -1,44 +1,175 @@
-"""From settings to pictures: which scene is loaded, what the scene file says of its pictures, and who renders them.
+"""From settings to pictures, and back.
 
+The names that can be typed, and what they lead to; which scene is loaded, what the scene file says of its pictures, and
+who renders them; and what makes a picture again that is shown: its settings, the command line, and the lines of Python.
 Names of parts are looked up in the registry, after the files of ``--parts`` were loaded.
 """
 
+import shlex
+import shutil
+import textwrap
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
-from taichi_tracer.apps.names import VIEW, View, find_views
-from taichi_tracer.apps.notes import note
+import numpy as np
+
+import taichi_tracer
+from taichi_tracer.apps.console import note
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, check_intensity, load_environment
 from taichi_tracer.explain.maps import find_measured
+from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.integrators import one_sample, path_settings
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.rt3 import DepthMap
+from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
+from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.options import intersector_of
+from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.film import crop_pixels
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A3Renderer
+from taichi_tracer.sampler import usual_sampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
+from taichi_tracer.scene_data_loader import (
+    find_scene,
+    is_document,
+    load_scene_data,
+    name_of,
+    scene_names,
+    scene_of_document,
+)
 from taichi_tracer.settings import (
+    DEFAULTS,
     NO_NAME,
     OPTIONS,
     PICTURE_SIZE,
+    SMOOTH,
     USUAL_LIGHT,
     USUAL_SECONDS,
     USUAL_SPP,
     WEIGHTS,
     RenderSettings,
     usual_values,
+    words_of,
 )
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import size
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts import PARTS
+from taichi_tracer.system.parts import PARTS, unfinished
 from taichi_tracer.system.stopwatch import TAICHI, stage
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document, Shot
+
+# ── names ──
+
+
+VIEW = "normal"  # what a picture shows when nobody says it
+ALL = "all"  # every view of the renderer that shows ``VIEW``
+# Options of ``accuracy`` that take names, see ``studies.variants``.
+STUDIED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "lamp_choices")
+STUDIED += ("roulettes",)
+TITLE_WIDTH = 16  # characters: the longest title and a little more
+
+View = tuple[type[ProgressiveRenderer], Integrator]  # what a picture shows, and the renderer that offers it
+
+
+def renderers() -> list[type[ProgressiveRenderer]]:
+    """Every registered renderer that offers something."""
+    return [c for c in PARTS.all("renderer") if len(c.offered()) > 0]
+
+
+def find_views(text: str) -> tuple[View, ...]:
+    """What a list of names with commas asks for; "all" is everything that the renderer of ``VIEW`` offers.
+
+    A name that several renderers offer belongs to the one that was registered last: a renderer of your own that derives
+    from ``A1Renderer`` takes its place.
+
+    Raises:
+        InputError: a name that none of them offers.
+    """
+    offered = [(renderer_class, one) for renderer_class in renderers() for one in renderer_class.offered()]
+    offered.sort(key=lambda pair: is_second_choice(*pair), reverse=True)
+    known: dict[str, View] = {alias: (cls, one) for cls, one in offered for alias in one.aliases}
+    known |= {one.name: (cls, one) for cls, one in offered}
+    if text == ALL:
+        renderer_class, _ = known[VIEW]
+        return tuple((renderer_class, integrator) for integrator in renderer_class.offered())
+    for name in text.split(","):
+        if name not in known:
+            raise one_of(kinds_of_views(), name, [*view_names(), ALL])
+    return tuple(known[name] for name in text.split(","))
+
+
+def is_second_choice(renderer_class: type[ProgressiveRenderer], one: Integrator) -> bool:
+    """Whether another renderer shows this, if it can: a student has not written this one, or only A2 has the mode."""
+    return "shade_ray" in unfinished(renderer_class) or (one.microfacets and renderer_class is A3Renderer)
+
+
+def kinds_of_views() -> str:
+    """What the renderers call what they offer: "view, estimator or integrator"."""
+    *rest, last = dict.fromkeys(c.what for c in renderers())
+    return f"{', '.join(rest)} or {last}" if rest else last
+
+
+def view_names() -> list[str]:
+    """Every name that some renderer offers, once."""
+    return [*dict.fromkeys(name for c in renderers() for name in c.names())]
+
+
+# ── the end of a help ──
+
+
+def help_text(options: Sequence[str]) -> str:
+    """The end of a command's help: the names that its options take; a star follows what counts when none is given."""
+    lines, columns = [], shutil.get_terminal_size().columns
+    for option in options:
+        for title, (known, usual) in names_of(option).items():
+            words = ", ".join(f"{name}*" if name in usual else name for name in known)
+            text = f"{title + ':':<{TITLE_WIDTH}}{words}"
+            lines += textwrap.wrap(text, columns, subsequent_indent=" " * TITLE_WIDTH, break_on_hyphens=False)
+    if any("*" in line for line in lines):
+        lines.append("* counts where nothing is said, neither here nor in the scene file.")
+    return "\n" + "".join(f"{line}\n" for line in lines)
+
+
+def names_of(option: str) -> dict[str, tuple[Iterable[str], tuple]]:
+    """Title → the names that an option takes, and those that count when none is given; {} where it takes no names."""
+    title = option.replace("_", " ")
+    if option == "view":
+        (first, _), *_ = find_views(VIEW)
+        found: dict[str, tuple[Iterable[str], tuple]] = {}
+        for renderer_class in renderers():
+            known, _ = found.get(renderer_class.what, ((), ()))
+            found[renderer_class.what] = dict.fromkeys([*known, *renderer_class.names()]), (VIEW,)
+        found[first.what] = [*found[first.what][0], ALL], (VIEW,)
+        return found
+    if option in ("scene", "what"):
+        return {"scene": (scene_names(), ())} | ({} if option == "scene" else names_of("environment"))
+    if option == "environment":
+        return {title: ((*shipped_environments(), *PARTS.names("environment"), NO_NAME), ())}
+    single = {"aov": (AOVS, ()), "arch": (runtime.ARCHS, ("auto",)), "precision": (runtime.PRECISIONS, ("f32",))}
+    if option in single:
+        return {title: single[option]}
+    if option in STUDIED:
+        from taichi_tracer.studies import variants
+
+        return {title: (variants.known(option), variants.USUAL[option])}
+    known = OPTIONS.get(option)
+    if known is None or not (known.part or known.choices):
+        return {}
+    return {title: (PARTS.names(known.part) if known.part else known.choices, (known.usual or DEFAULTS[option],))}
+
+
+# ── from settings to pictures ──
+
 
 OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 QUICK = 4  # a quick picture has a quarter of the width and of the height
@@ -274,3 +405,200 @@ def check(settings: RenderSettings) -> None:
         find_measured(values["of"])
     path_settings.check(**{name: values.get(name, usual) for name, usual in path_settings.DEFAULTS.items()})
     one_sample.check(**{name: values.get(name, usual) for name, usual in usual_values(WEIGHTS).items()})
+
+
+# ── from pictures to settings ──
+
+
+def as_command(renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> str:
+    """The command line that makes the picture that the renderer shows; ``base`` as for ``settings_of``."""
+    settings = settings_of(renderer, base)
+    if not renderer.needs_light:
+        settings = replace(settings, environment=None, lamp_choice=None)
+    return shlex.join(["taichi-tracer", "render", settings.scene, *settings.words()])
+
+
+def settings_of(renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> RenderSettings:
+    """The settings of the picture that a renderer shows.
+
+    Args:
+        base: what the program was started with; it has what no renderer knows, such as the files of ``--parts``.
+    """
+    film, sampler = renderer.film, renderer.sampler.name
+    values = {name: changed_values(renderer).get(one.value) for name, one in OPTIONS.items() if one.value}
+    is_shown = renderer.srgb and not renderer.has_own_display
+    return replace(
+        scene_settings(renderer.scene_data, base or RenderSettings()),
+        **values | {"bounces": () if values["bounces"] is None else (values["bounces"],)},
+        **camera_settings(renderer.camera),
+        environment=environment_name(renderer.scene_data),
+        view=renderer.active.name,
+        size=(renderer.width, renderer.height),
+        quick=False,
+        crop=fractions_of(film.crop, renderer.width, renderer.height),
+        sampler=None if sampler == usual_sampler(bool(renderer.adaptive)) else sampler,
+        seed=renderer.seed,
+        first_sample=renderer.first_sample,
+        jitter=renderer.jitter and not renderer.jitters,
+        adaptive=renderer.adaptive,
+        spp=renderer.samples if renderer.is_random and renderer.samples > 0 else None,
+        time=None,
+        error=None,
+        exposure=float(renderer.display.exposure) if is_shown else 0.0,
+        tone=renderer.display.part.name if is_shown else "none",
+    )
+
+
+def scene_settings(scene: SceneData, base: RenderSettings) -> RenderSettings:
+    """The settings of a scene."""
+    light, given = scene.environment, scene.lights[scene.lights_of_file :]
+    name = name_of(scene.source)
+    is_usual = name != str(scene.source) and scene.up_axis == "y"  # what a shipped scene says itself
+    own_test = scene.ray_intersector.triangle_test
+    return replace(
+        base,
+        scene=name,
+        up_axis=None if is_usual else scene.up_axis,
+        lights=tuple(one.name for one in given if not isinstance(one, GivenLight)),
+        intersector=None if scene.chosen is intersector_of(None, scene.mesh) else scene.chosen.name,
+        triangle_test=own_test if own_test in PARTS.names("triangle test") and own_test != "watertight" else None,
+        lamp_choice=scene.lamps.choice.name if scene.lamps.count > 1 else None,
+        two_sided_lamps=scene.lamps.two_sided,
+        effects=None if scene.effects_mode == "scene" else scene.effects_mode,
+        smooth=SMOOTH if scene.given["smooth"] is True else scene.given["smooth"] or None,
+        ground=scene.ground,
+        precision=None if runtime.current().precision == "f32" else runtime.current().precision,
+        **{name: getattr(light, name) for name in OF_LIGHT if light is not None and is_changed(light, name)},
+    )
+
+
+def environment_name(scene: SceneData) -> str:
+    """The name of the light from far away, or "none"."""
+    return NO_NAME if scene.environment is None else scene.environment.name
+
+
+def is_changed(part: Any, name: str) -> bool:
+    """Whether an argument of a part is not the default."""
+    return getattr(part, name) != signature(type(part)).parameters[name].default
+
+
+def fractions_of(crop: tuple[int, int, int, int], width: int, height: int) -> tuple[float, ...] | None:
+    """The crop window that has exactly these pixels; None for the whole picture."""
+    if crop == (0, width, 0, height):
+        return None
+    sides = zip(crop, (width, width, height, height), strict=True)
+    return tuple(0.0 if edge == 0 else 1.0 if edge == side else (edge - 0.5) / side for edge, side in sides)
+
+
+def changed_values(renderer: ProgressiveRenderer) -> dict[str, Any]:
+    """The values of a renderer that are not the defaults, and that the picture in use may depend on."""
+    known, active = {one.value: one for one in OPTIONS.values() if one.value}, renderer.active.name
+    values = ((known[name], value) for name, value in renderer.values().items() if name in known)
+    return {of.value: value for of, value in values if value != of.usual and of.of in ("", active)}
+
+
+def name_of_light(renderer: ProgressiveRenderer) -> str:
+    """The name of the bounces whose light is shown, as ``--bounces`` takes it; "" if all of it is shown."""
+    bounces = renderer.values().get("bounces")
+    return "" if bounces is None else words_of("bounces", (bounces,))[1]
+
+
+def camera_settings(camera: ProjectiveCamera) -> dict[str, Any]:
+    """The settings of a camera, to nine digits; its window at distance 1, or in world units if it is orthographic."""
+    scale = 1.0 if isinstance(camera, OrthographicCamera) or not camera.has_window else camera.focal_distance
+    window = rounded(np.divide(camera.screen_window, scale)) if camera.has_window else None
+    return {
+        **{name: rounded(getattr(camera, name)) for name in ("eye", "at", "up")},
+        "camera": camera.name,
+        "window": window,
+        "fov": None if camera.has_window else rounded([camera.fov])[0],
+        "handedness": camera.handedness,
+    }
+
+
+def rounded(values: Any) -> tuple[float, ...]:
+    """Numbers to nine digits, without a negative zero."""
+    return tuple(float(f"{value:.9g}") + 0.0 for value in values)
+
+
+def camera_words(camera: ProjectiveCamera) -> list[str]:
+    """The options that make a camera again."""
+    given = {name: value for name, value in camera_settings(camera).items() if value is not None}
+    return [word for name, value in given.items() for word in words_of(name, value)]
+
+
+def position_of(camera: ProjectiveCamera) -> dict:
+    """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
+    position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}
+    return position | ({"screen_window": camera.screen_window} if camera.has_window else {"fov": camera.fov})
+
+
+# ── as Python ──
+
+
+def as_python(renderer: ProgressiveRenderer) -> str:
+    """Lines of Python that make the picture that the renderer shows, of a scene that ``load_scene_data`` finds.
+
+    Parts that are objects of a program of your own, and a background, are left out.
+    """
+    scene, cls, settings = renderer.scene_data, type(renderer), settings_of(renderer)
+    options = settings.changed()
+    of_scene = {name: options[name] for name in SCENE_ARGUMENTS if name in options}
+    own = {name: options[name] for name in OF_LIGHT if name in options}
+    light = repr(scene.environment and scene.environment.name)
+    of_scene["environment"] = Code(light if not own else call("load_environment", [light], own))
+    if given := scene.lights[scene.lights_of_file :]:
+        of_scene["lights"] = [Code(one) if isinstance(one, GivenLight) else one.name for one in given]
+    of_renderer = {name: options[name] for name in (*RENDERER_ARGUMENTS, "jitter") if name in options}
+    if "crop" in options:
+        of_renderer["crop"] = renderer.film.crop
+    if renderer.camera.name != "perspective":
+        of_renderer["camera"] = renderer.camera.name
+    lines = ["import taichi_tracer as tt"]
+    lines += ["from taichi_tracer.environment import load_environment"] * bool(own)
+    lines += ["", f"tt.init(precision={settings.precision!r})"] if settings.precision else [""]
+    name = f"tt.{cls.__name__}" if hasattr(taichi_tracer, cls.__name__) else cls.__name__
+    lines.append(call("scene = tt.load_scene_data", [repr(settings.scene)], of_scene))
+    size = ["scene", str(renderer.width), str(renderer.height)]
+    lines.append(call(f"renderer = {name}", size, of_renderer))
+    lines.append(call("renderer.camera.set_camera_parameters", [], position_of(renderer.camera)))
+    lines += value_lines(renderer)
+    if "exposure" in options or "tone" in options:
+        lines.append(call("renderer.set_display", [], {"exposure": settings.exposure, "tone": settings.tone}))
+    lines.append(f"renderer.use({renderer.active.name!r}).render({max(1, renderer.samples)})")
+    lines.append(f"renderer.save({renderer.active.name + '.png'!r})")
+    return "\n".join(lines)
+
+
+def value_lines(renderer: ProgressiveRenderer) -> list[str]:
+    """The values of the integrator that are changed after the renderer is made."""
+    active, lines = renderer.active, []
+    for name, value in changed_values(renderer).items():
+        is_attribute, text = hasattr(type(renderer), name), as_text(value)
+        lines.append(f"renderer.{name} = {text}" if is_attribute else f"renderer.change({name!r}, {text})")
+    if isinstance(active, BlinnPhong) and active.depth != BlinnPhong().depth:
+        lines.append(call("renderer.set_mirrors", [repr(int(active.depth))], {}))
+    if isinstance(active, DepthMap):
+        lines.append(call("renderer.set_depth", [], active.arguments()))
+    return lines
+
+
+class Code(str):
+    """Text that is an expression of Python already."""
+
+
+def call(function: str, arguments: list[str], options: dict[str, Any]) -> Code:
+    """A call, as Python writes it."""
+    named = [f"{name}={as_text(value)}" for name, value in options.items()]
+    return Code(f"{function}({', '.join([*arguments, *named])})")
+
+
+def as_text(value: Any) -> str:
+    """A value as Python writes it, arrays as tuples."""
+    if isinstance(value, Code):
+        return str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(as_text, value))}]"
+    if isinstance(value, np.ndarray):
+        return repr(tuple(value.tolist()))
+    return repr(value.item() if isinstance(value, np.generic) else value)

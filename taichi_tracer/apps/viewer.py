@@ -16,15 +16,14 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer import camera_controller
+from taichi_tracer.apps.console import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.apps.display import missing_for_window
-from taichi_tracer.apps.notes import PICTURE_FOLDER, let_every_character_print
-from taichi_tracer.apps.page import pace
-from taichi_tracer.apps.page.frames import quick_pixels
-from taichi_tracer.apps.page.preview import Preview, current
-from taichi_tracer.apps.page.renderer_state import RendererState, after
+from taichi_tracer.apps.page.channel import quick_pixels
+from taichi_tracer.apps.page.compile_ahead import warm_up
+from taichi_tracer.apps.page.renderer_state import Preview, RendererState, after, current
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.apps.reproduce import as_command, environment_name, name_of_light, position_of
+from taichi_tracer.apps.pictures import as_command, environment_name, name_of_light, position_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.images import check_writable
@@ -132,7 +131,7 @@ class Viewer:
 
     def run(self) -> None:
         """Show the window until it is closed."""
-        pace.warm_up(self.renderer, self.draw)
+        warm_up(self.renderer, self.draw)
         self.frame_seconds = 0.0
         self.window = ti.ui.Window(TITLE, self.pixels.shape[:2], fps_limit=FRAMES_PER_SECOND)
         self.cursor, self.drags_picture = self.window.get_cursor_pos(), False

@@ -15,7 +15,7 @@ from typing import Any
 
 from taichi_tracer.apps.commands import render as render_command
 from taichi_tracer.apps.commands import turntable as turntable_command
-from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.console import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.clusters import Cluster, last_line
 from taichi_tracer.cluster.jobs import Job, pack

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.apps.grammar import load_parts
+from taichi_tracer.apps.console import load_parts
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.cluster.jobs import Job, difference, installation
 from taichi_tracer.system import runtime

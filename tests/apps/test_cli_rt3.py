@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.render_request import paths_of, render_of
+from taichi_tracer.apps.commands.render import paths_of, render_of
 
 SCENE = """<RT3>
 <lookat look_from="0 0 -5" look_at="0 0 0" up="0 1 0"/>

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import pytest
 
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.grammar import as_value
-from taichi_tracer.apps.names import find_views
+from taichi_tracer.apps.console import as_value
+from taichi_tracer.apps.pictures import find_views
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.system.parts import PARTS, load_parts
 

@@ -29,8 +29,8 @@ def test_the_value_of_an_option_makes_its_words_again(name):
 
 @pytest.mark.parametrize("words", ["--max-bounces 3", "--mis-plight 1", "--map-of brdf", "--max-distance 3"])
 def test_an_option_that_changes_nothing_is_told(words, capsys):
+    from taichi_tracer.apps.commands.render import note_unused
     from taichi_tracer.apps.pictures import request_of
-    from taichi_tracer.apps.render_request import note_unused
 
     args = make_parser().parse_args(["render", "cube", "--view", "normal", *words.split()])
     note_unused(request_of(RenderSettings.of(args)))

@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.grammar import as_value
+from taichi_tracer.apps.console import as_value
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.settings import RenderSettings
 

@@ -4,7 +4,7 @@ import numpy as np
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.reproduce import as_python
+from taichi_tracer.apps.pictures import as_python
 
 
 def test_the_lines_make_the_same_pixels(tmp_path, monkeypatch):

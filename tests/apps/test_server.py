@@ -12,8 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from taichi_tracer.apps.page import server as module
-from taichi_tracer.apps.page.events import checked
-from taichi_tracer.apps.page.frames import Frame
+from taichi_tracer.apps.page.channel import Frame, checked
 from taichi_tracer.apps.page.server import LiveServer, open_server
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import camera_for, check
 from taichi_tracer.apps.running import Interruption, written_bytes
 from taichi_tracer.files import page

@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 
-from taichi_tracer.apps.grammar import Parser, add_command
+from taichi_tracer.apps.console import Parser, add_command
 from taichi_tracer.system.argument_types import whole
 
 

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.running import Interruption
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.argument_types import whole

@@ -5,8 +5,8 @@ import time
 from argparse import Namespace
 from typing import Any
 
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.faults import text_of_fault
-from taichi_tracer.apps.grammar import Parser
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly

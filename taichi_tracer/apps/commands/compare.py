@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import display_in, read_image

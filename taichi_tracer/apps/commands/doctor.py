@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import taichi_tracer
 from taichi_tracer.apps import display
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.system import runtime
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 

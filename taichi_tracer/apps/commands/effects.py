@@ -3,9 +3,8 @@
 from argparse import Namespace
 from dataclasses import replace
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.names import find_views
-from taichi_tracer.apps.pictures import Request, request_of
+from taichi_tracer.apps.console import Parser
+from taichi_tracer.apps.pictures import Request, find_views, request_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, RenderSettings, add_option, add_options, add_scene
 from taichi_tracer.system.argument_types import size

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.console import Parser, note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.files import page

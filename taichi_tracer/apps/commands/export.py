@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.console import Parser, note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.files import read
 from taichi_tracer.files.disk import check_place, replace_file

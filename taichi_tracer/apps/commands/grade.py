@@ -7,8 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import note
+from taichi_tracer.apps.console import Parser, note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.argument_types import at_least_one, whole
 from taichi_tracer.system.errors import InputError

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.settings import ADVICE, add_options
 
 

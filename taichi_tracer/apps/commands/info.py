@@ -3,7 +3,7 @@
 from argparse import Namespace
 from dataclasses import replace
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import WHOLE, request_of
 from taichi_tracer.materials import BUILT_IN
 from taichi_tracer.progressive import ProgressiveRenderer

@@ -3,9 +3,8 @@
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import note
-from taichi_tracer.apps.render_request import note_linear
+from taichi_tracer.apps.commands.render import note_linear
+from taichi_tracer.apps.console import Parser, note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image

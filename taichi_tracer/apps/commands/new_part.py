@@ -5,7 +5,7 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import HOMES, PARTS

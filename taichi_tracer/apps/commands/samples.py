@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.grammar import Parser
-from taichi_tracer.apps.notes import PICTURE_FOLDER
+from taichi_tracer.apps.console import PICTURE_FOLDER, Parser
 from taichi_tracer.apps.running import written_bytes
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.disk import check_place, make_folder

@@ -16,9 +16,8 @@ import numpy as np
 from PIL import Image
 
 from taichi_tracer.apps.commands.render import describe, encoding_of, load_scene
-from taichi_tracer.apps.grammar import CLUSTER, Parser, add_cluster_option, load
+from taichi_tracer.apps.console import CLUSTER, Parser, add_cluster_option, load, note
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.notes import note
 from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate

@@ -6,7 +6,7 @@
 import sys
 from argparse import Namespace
 
-from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.apps.pictures import first_renderer

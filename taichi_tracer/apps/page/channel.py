@@ -1,17 +1,178 @@
-"""What goes between the threads of a live picture: events, functions and frames.
+"""What goes between a page and the thread that renders: events, functions and frames.
 
-One thread renders, because Taichi's kernels must not be launched from several threads. The others ``post`` events and
-wait for frames.
+Every value of an event is checked as strictly as an argument of the command line. Frames are quick pictures while the
+camera moves, and lossless ones at rest. One thread renders, because Taichi's kernels must not be launched from several
+threads. The others ``post`` events and wait for frames.
 """
 
+import io
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-from taichi_tracer.apps.page.events import checked
-from taichi_tracer.apps.page.frames import Frame
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+from PIL import Image
+
+from taichi_tracer.camera_controller import KEYS
+from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.tones.display import Display
+
+# ── events ──
+
+
+MOST_TEXT = 200  # characters of a name
+FAR = -10.0, 10.0  # pictures: farther than any pointer goes between two events
+PIXEL = 0, 1 << 16
+
+OF_HOSTS = {"ack", "save"}  # what the host of the page answers, and not the session
+# Type of an event → its members, each with its rule, see ``fits``.
+EVENTS: dict[str, dict[str, Any]] = {
+    "key": {"key": KEYS, "down": bool},
+    "drag": {"dx": FAR, "dy": FAR},
+    "zoom": {"by": FAR},
+    "pan": {"dx": FAR, "dy": FAR},
+    "blur": {},
+    "set": {"name": str, "value": object},
+    "expose": {},
+    "reset": {},
+    "explain": {"column": PIXEL, "row": PIXEL, "sample": (0, 1 << 30)},
+    "same": {},
+    "camera": {},
+    "close": {},
+    "cancel": {},
+    "point": {"column": PIXEL, "row": PIXEL},
+    "leave": {},
+    "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
+    "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
+    "split": {"mode": str},
+    "equal": {"by": str},
+    "side": {"number": (0, 1)},
+    "save": {"kind": ("png", "exr")},
+    "ack": {"id": (0, 1 << 53)},
+}
+
+
+def fits(value: Any, rule: Any) -> bool:
+    """Whether a value follows a rule.
+
+    Args:
+        rule: two ends of a number, which is whole if they are; ``str``, a short text; ``bool``; names; or ``object``,
+            what a setting checks itself: a number, a short text, yes or no, or null.
+    """
+    if rule is object:
+        return value is None or any(fits(value, one) for one in (bool, str, (-1e9, 1e9)))
+    if isinstance(rule, type):
+        return isinstance(value, rule) and len(str(value)) <= MOST_TEXT
+    if isinstance(rule[0], str):
+        return value in rule
+    kinds = int if isinstance(rule[0], int) else int | float
+    return isinstance(value, kinds) and not isinstance(value, bool) and rule[0] <= value <= rule[1]
+
+
+def checked(event: Any) -> tuple[str, dict[str, Any]]:
+    """(type, members) of an event.
+
+    Raises:
+        InputError: it is no event, lacks a member, or a value is not what it must be.
+    """
+    kind = event.get("type") if isinstance(event, dict) else None
+    if not isinstance(kind, str) or kind not in EVENTS:
+        raise one_of("event", f"{kind!r:.60}", EVENTS)
+    for name, rule in EVENTS[kind].items():
+        if name not in event or not fits(event[name], rule):
+            raise InputError(f"{kind}: {name} cannot be {event.get(name)!r:.60}")
+    return kind, {name: event[name] for name in EVENTS[kind]}
+
+
+# ── frames ──
+
+
+MOST_PIXELS = 1024 * 1024  # of a picture that moves: a larger one is sent smaller
+QUALITY = 90  # of JPEG
+FASTEST = 1  # of the levels of PNG
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture with what is known about it.
+
+    Attributes:
+        number: counts the frames. kind: "jpeg" or "png". data: the file.
+        data_number: the number of the first frame with this file, so that a page gets it only when it is new.
+        state: what changes with every picture, as JSON. details: what else the page shows, as JSON.
+        details_number: counts the changes of the details, so that a page gets them only when they are new.
+    """
+
+    number: int
+    kind: str
+    data: bytes
+    state: str
+    details: str = "{}"
+    details_number: int = 1
+    data_number: int = 0
+
+    def data_after(self, since: int) -> bytes:
+        """The file; none for a page that got it with the frame of number ``since``, or with an earlier one."""
+        return self.data if since < max(self.data_number, 1) else b""
+
+
+def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
+    """(h, w, 3) bytes: those of the PNG that ``renderer.save`` writes."""
+    return to_bytes(renderer.image(), renderer.srgb, renderer.display if renderer.srgb else Display())
+
+
+def quick_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
+    """(h, w, 3) bytes of the picture for a moment: of a large one, only some pixels; a byte may differ by one."""
+    step = max(1, int(np.ceil(np.sqrt(renderer.width * renderer.height / MOST_PIXELS))))
+    pixels = np.empty((-(-renderer.height // step), -(-renderer.width // step), 3), np.uint8)
+    display = renderer.display
+    _copy_rows(renderer.canvas, pixels, step, renderer.srgb, display.part, display.scale)
+    return pixels
+
+
+@ti.kernel
+def _copy_rows(
+    canvas: ti.template(),
+    pixels: ti.types.ndarray(dtype=ti.u8, ndim=3),
+    step: ti.i32,
+    srgb: ti.template(),
+    tone: ti.template(),
+    exposure: ti.f32,
+):
+    """Every ``step``-th pixel of every ``step``-th row, the top row first."""
+    for row in range(pixels.shape[0]):
+        for column in range(pixels.shape[1]):
+            color = canvas[column * step, canvas.shape[1] - 1 - row * step]
+            if ti.static(srgb):
+                color = encode_srgb(tone.curve(tm.clamp(color * exposure, 0.0, tone.white)))
+            for k in ti.static(range(3)):
+                pixels[row, column, k] = ti.cast(255 * tm.clamp(color[k], 0.0, 1.0) + 0.5, ti.u8)
+
+
+@ti.func
+def encode_srgb(linear):
+    """The sRGB transfer function of IEC 61966-2-1, as files are written (C-14)."""
+    c = tm.clamp(linear, 0.0, 1.0)
+    return ti.select(c <= 0.0031308, 12.92 * c, 1.055 * tm.pow(c, tm.vec3(1 / 2.4)) - 0.055)
+
+
+def encoded(pixels: np.ndarray, kind: str) -> bytes:
+    """The file of a picture: "jpeg" or "png"."""
+    options = {"quality": QUALITY} if kind == "jpeg" else {"compress_level": FASTEST}
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, kind.upper(), **options)
+    return file.getvalue()
+
+
+# ── between the threads ──
+
 
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered

@@ -1,7 +1,8 @@
-"""Before something else is shown, its kernels are compiled by another process, while the old picture still moves.
+"""Before something is shown, its kernels are compiled: the first by this process, others by another one.
 
 While Taichi translates a kernel, nothing else of a process runs. The other process renders a small picture with the
-settings of the choice; Taichi keeps its kernels in the cache of the user, from which this process then reads them.
+settings of the choice, while the old picture still moves; Taichi keeps its kernels in the cache of the user, from which
+this process then reads them.
 """
 
 import subprocess
@@ -11,7 +12,32 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import taichi as ti
+
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
+
+MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
+
+
+def thinned(curve: list) -> list:
+    """A curve of at most ``MOST_POINTS`` points, its last one among them."""
+    last = max(0, len(curve) - 1)
+    step = 1 + last // MOST_POINTS
+    return curve[last % step :: step]
+
+
+def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Callable[[str], None] = print) -> None:
+    """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
+
+    Args:
+        draw: renders a sample and shows it. tell: is called with what takes so long.
+    """
+    for _ in range(3):  # the first pictures compile
+        renderer.camera.set_camera_parameters()  # as if moved
+        draw()
+        ti.sync()
+
 
 SIDE, SPP = 64, 2  # of the picture of the other process: two samples have an error, too
 START = 1.0  # seconds that the other process takes to start

@@ -1,16 +1,19 @@
 """What one window or page shows: settings, and the scene and the renderer that they make.
 
-A change is ``state.show(replace(state.settings, environment="sunny"))``; the settings of before take it back.
+A change is ``state.show(replace(state.settings, environment="sunny"))``; the settings of before take it back. While the
+camera moves, a picture of a half or a quarter of the width and height is shown where the whole one is too slow. Two
+pictures of one camera can be compared: side by side, or as their difference.
 """
 
 import copy
 from argparse import ArgumentTypeError
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from taichi_tracer.apps.names import renderers
-from taichi_tracer.apps.pictures import OF_LIGHT
-from taichi_tracer.apps.reproduce import environment_name, settings_of
+import numpy as np
+
+from taichi_tracer.apps.pictures import OF_LIGHT, environment_name, renderers, settings_of
 from taichi_tracer.environment import load_environment
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.shipped import shipped_environments
@@ -22,6 +25,7 @@ from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.settings import DEFAULTS, NO_NAME, OPTIONS, USUAL_LIGHT, RenderSettings
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS
+from taichi_tracer.tones.heat import Scale, heat, round_up
 
 # Settings that can be changed while a picture is shown, beside the values of its integrator.
 OF_SCENE = ("triangle_test", "lamp_choice", "ground")  # another one makes another scene
@@ -312,3 +316,145 @@ def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> N
 def after(name: str, names: list[str]) -> str:
     """The name that comes after another one in a list, from whose end it goes on at the beginning."""
     return names[(names.index(name) + 1) % len(names)]
+
+
+# ── while the camera moves ──
+
+
+WANTED = {False: 1 / 42, True: 1 / 25}  # seconds of a frame at most: of a view, and of random samples
+COARSEST = 4  # pixels of the whole picture that one of the coarse picture stands for, along each side
+ROOM = 1.5  # how much faster a finer picture must be than what is wanted, before it is tried
+SMALLEST = 64  # pixels of a side: no coarse picture is smaller
+
+
+class Preview:
+    """What is rendered of a renderer's picture while the camera moves. It learns from how long frames take."""
+
+    def __init__(self) -> None:
+        self._steps: dict[tuple, int] = {}  # the renderer and what it shows → pixels of the whole picture for one
+        self._made: dict[tuple, ProgressiveRenderer] = {}
+        self._is_new = False  # whether the next frame compiles something
+
+    def of(self, renderer: ProgressiveRenderer) -> ProgressiveRenderer:
+        """The renderer whose picture is to be shown now: the given one, or a coarse one that shows the same."""
+        step = self._steps.get(kind_of_frame(renderer), 1)
+        return renderer if step == 1 else self._coarse(renderer, step)
+
+    def took(self, renderer: ProgressiveRenderer, seconds: float) -> None:
+        """Note how long the last frame of a moving camera took, to render and to be made into bytes."""
+        if self._is_new:
+            self._is_new = False
+            return
+        key, wanted = kind_of_frame(renderer), WANTED[renderer.is_random]
+        step = self._steps.get(key, 1)
+        if seconds > wanted and may_be_coarse(renderer, 2 * step):
+            self._steps[key] = 2 * step
+        elif step > 1 and 4 * ROOM * seconds < wanted:
+            self._steps[key] = step // 2
+
+    def _coarse(self, renderer: ProgressiveRenderer, step: int) -> ProgressiveRenderer:
+        view = {name: value for name, value in vars(renderer.camera.view).items() if value is not None}
+        made = self._made.get((renderer, step))
+        if made is None:
+            camera = type(renderer.camera)(renderer.width // step, renderer.height // step, **view)
+            options = {"sampler": renderer.sampler, "seed": renderer.seed}
+            made = self._made[renderer, step] = type(renderer)(renderer.scene_data, camera=camera, **options)
+        made.camera.set_camera_parameters(**view)
+        if made.active.name != renderer.active.name or made.values() != renderer.values():
+            made.use(copy.copy(renderer.active))
+            copy_values(renderer, made)
+            self._is_new = True
+        return made.set_display(renderer.display.exposure, renderer.display.tone)
+
+
+def kind_of_frame(renderer: ProgressiveRenderer) -> tuple:
+    """What the time of a frame depends on most."""
+    return renderer, renderer.active.name
+
+
+def may_be_coarse(renderer: ProgressiveRenderer, step: int) -> bool:
+    """Whether a coarse picture can be made: with a camera of the package, of a whole picture that is large enough."""
+    is_whole = renderer.film.crop == (0, renderer.width, 0, renderer.height)
+    is_own = not type(renderer.camera).__module__.startswith("taichi_tracer.")
+    side = min(renderer.width, renderer.height) // step
+    return step <= COARSEST and side >= SMALLEST and is_whole and not is_own and not renderer.has_own_display
+
+
+def current(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
+    """A renderer that has a picture of what its camera sees now, which may be one sample."""
+    return renderer if renderer.is_current() and renderer.film.samples > 0 else renderer.render()
+
+
+# ── two pictures ──
+
+
+OFF, SIDES, DIFFERENCE = "off", "sides", "difference"
+MODES = {OFF: "one picture", SIDES: "two pictures, one beside the other", DIFFERENCE: "how far the two differ"}
+EQUAL = ("samples", "seconds")  # what both pictures have the same number of
+BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
+
+
+class CompareView:
+    """Two sides, each with settings of its own, and one camera.
+
+    Attributes:
+        sides: the states of the left and of the right picture. number: which of them the controls change, 0 or 1.
+        mode: one of ``MODES``, except "off". equal: one of ``EQUAL``.
+        scale: what the colours of the difference mean, for the page; None if it is not shown.
+    """
+
+    def __init__(self, state: RendererState, mode: str) -> None:
+        self.sides, self.number, self.equal = (state, state.beside()), 1, EQUAL[0]
+        self.scale: Scale | None = None
+        self.set_mode(mode)
+        self.begin_again()
+
+    def set_mode(self, mode: str) -> None:
+        """Choose how the two are shown; InputError for no such mode."""
+        if mode not in MODES:
+            raise one_of("split", mode, MODES)
+        self.mode, self.scale = mode, None
+
+    def set_equal(self, by: str) -> None:
+        """Choose what both pictures have the same number of; both begin again."""
+        if by not in EQUAL:
+            raise one_of("equal", by, EQUAL)
+        self.equal = by
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Forget the samples of both, so that neither is ahead."""
+        for one in self.sides:
+            one.renderer.reset()
+
+    @property
+    def state(self) -> RendererState:
+        """What the controls change."""
+        return self.sides[self.number]
+
+    @property
+    def behind(self) -> ProgressiveRenderer:
+        """The renderer that has fewer samples, or was rendered for less time: it takes the next sample."""
+        left, right = (one.renderer for one in self.sides)
+        if not (left.is_random and right.is_random):
+            return left if left.is_random else right
+        if not (left.is_current() and right.is_current()):
+            return right if left.is_current() else left
+        if self.equal == "samples":
+            return left if left.samples <= right.samples else right
+        return left if left.rendered_seconds <= right.rendered_seconds else right
+
+    def pixels(self, make: Callable[[ProgressiveRenderer], np.ndarray]) -> np.ndarray:
+        """(h, 2 w, 3) bytes of both pictures, the left one first; or (h, w, 3) of their difference.
+
+        Args:
+            make: gives the (h, w, 3) bytes of one renderer's picture.
+        """
+        left, right = (one.renderer for one in self.sides)
+        if self.mode == SIDES:
+            return np.concatenate([make(left), make(right)], axis=1)
+        values = np.abs(left.image().astype(np.float64) - right.image()).mean(axis=2)
+        largest = round_up(float(np.percentile(values, BRIGHTEST)) or float(values.max()))
+        text = f"difference of left and right, mean of red, green and blue; its mean is {values.mean():.3g}"
+        self.scale = Scale(largest, text)
+        return np.floor(255 * heat(values, largest) + 0.5).astype(np.uint8)

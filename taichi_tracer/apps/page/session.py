@@ -20,17 +20,27 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps.page import pace
-from taichi_tracer.apps.page.channel import Channel
-from taichi_tracer.apps.page.compare_view import DIFFERENCE, OFF, CompareView
-from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
-from taichi_tracer.apps.page.events import OF_HOSTS
-from taichi_tracer.apps.page.frames import Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.channel import OF_HOSTS, Channel, Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process, thinned, warm_up
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
-from taichi_tracer.apps.page.preview import Preview, current
-from taichi_tracer.apps.page.renderer_state import OF_SCENE, RendererState, read
-from taichi_tracer.apps.pictures import first_renderer
-from taichi_tracer.apps.reproduce import as_command, as_python, camera_words, environment_name, position_of
+from taichi_tracer.apps.page.renderer_state import (
+    DIFFERENCE,
+    OF_SCENE,
+    OFF,
+    CompareView,
+    Preview,
+    RendererState,
+    current,
+    read,
+)
+from taichi_tracer.apps.pictures import (
+    as_command,
+    as_python,
+    camera_words,
+    environment_name,
+    first_renderer,
+    position_of,
+)
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.picture.metrics import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -116,7 +126,7 @@ class Session(Channel):
     def warm_up(self, tell: Callable[[str], None] = print) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
         start = time.monotonic()
-        pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
+        warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
         self._compiled.add(self._kernels_of(self.state.settings))
         self._expose_at_first()
         self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
@@ -504,7 +514,7 @@ class Session(Channel):
         for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
-                self.curves[name if self.split is None else f"{side}: {name}"] = pace.thinned(points)
+                self.curves[name if self.split is None else f"{side}: {name}"] = thinned(points)
         self._next_error = self.now() + ERROR_EVERY
 
     def settings_key(self) -> tuple:

@@ -1,4 +1,4 @@
-"""What every command of the command line has in common: its parser, and how the module that does its work is found.
+"""What every command of the command line has in common: its parser, lines for the user, and how its module is found.
 
 Nothing here imports Taichi: a command loads what it needs when it runs.
 """
@@ -7,10 +7,36 @@ import argparse
 import difflib
 import os
 import re
+import sys
 from collections.abc import Callable, Sequence
 
-from taichi_tracer.apps.notes import note
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, printable
+
+# ── lines for the user ──
+
+
+USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be written where it was wanted
+PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
+noted: set[str] = set()  # the notes of the command that runs
+
+
+def note(text: str) -> None:
+    """Print a line on stderr, once: a scene that is read three times says the same three times."""
+    text = printable(text)
+    if text not in noted:
+        noted.add(text)
+        print(f"taichi-tracer: note: {text}", file=sys.stderr)
+
+
+def let_every_character_print() -> None:
+    """Where a terminal or a pipe lacks a character, as in ASCII, print its number instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+# ── the grammar of the command line ──
+
 
 CLUSTER = "taichi_tracer.cluster.sharing"  # has the commands that run on a cluster where --cluster is given
 
@@ -40,7 +66,7 @@ class Parser(argparse.ArgumentParser):
         options = [action.dest for action in self._actions]
         if "parts" in options:
             load_parts(self.parts)
-            text += load("names:help_text")(options)
+            text += load("pictures:help_text")(options)
         return text
 
 
