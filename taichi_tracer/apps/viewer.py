@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -23,12 +24,11 @@ from taichi_tracer.apps.page.compile_ahead import warm_up
 from taichi_tracer.apps.page.renderer_state import Preview, RendererState, after, current
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.apps.pictures import as_command, environment_name, name_of_light, position_of
+from taichi_tracer.apps.pictures import as_command, name_of_light, position_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
 from taichi_tracer.system.errors import InputError
@@ -41,7 +41,7 @@ TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 PANEL, BACKGROUND, FITS = 264, 31, 34  # pixels, of 255, letters in a line of the panel
 SMALLEST = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
 FACTORS = 0.1, 4.0  # of the slider of the speed: times what fits the scene
-MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
+SECTIONS = ("light", "display", "estimator")  # of the settings that the panel has; the page has all
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 
@@ -241,17 +241,9 @@ class Viewer:
             for renderer_class, offers in self.state.offered:
                 if renderer_class is not MapRenderer or isinstance(self.renderer, MapRenderer):
                     self.draw_buttons(panel, renderer_class, offers)
-            environment = environment_name(self.state.scene)
-            if panel.button(f"Environment: {Path(environment).name}"):
-                following = after(environment, self.state.environments)
-                self.choose(partial(self.state.change, "environment", following))
-            for control in self.renderer.controls():
-                self.draw_control(panel, control)
-            if self.renderer.srgb:
-                shown = float(self.renderer.display.exposure)
-                exposure = panel.slider_float("exposure", shown, -MOST_EXPOSURE, MOST_EXPOSURE)
-                if exposure != float(np.float32(shown)):  # the slider has f32
-                    self.renderer.set_display(exposure=round(exposure / EXPOSURE_STEP) * EXPOSURE_STEP)
+            for control in self.state.controls():
+                if control["section"] in SECTIONS:
+                    self.draw_control(panel, control)
             self.speed = self.usual_speed * slide(panel, "x speed", self.speed / self.usual_speed, *FACTORS)
             if panel.button("Save picture (p)"):
                 self.save_picture()
@@ -268,22 +260,18 @@ class Viewer:
             if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
                 self.choose(partial(self.state.change, "view", integrator.name))
 
-    def draw_control(self, panel, control: Control) -> None:
-        """A value of the integrator: a slider or a button. The picture starts again if it changes."""
-        value = control.value
-        if isinstance(control, BouncesControl):
-            return  # the page has it
-        if isinstance(control, NameControl):
-            if panel.button(f"{control.label}: {value}"):
-                value = after(value, list(control.names))
-        elif isinstance(control.low, int) and isinstance(control.high, int):
-            value = panel.slider_int(control.label, value, control.low, control.high)
-            value = min(max(value, control.low), control.high)  # a number that is typed may be outside
-        else:
-            value = slide(panel, control.label, value, control.low, control.high)
-        if value != control.value:
+    def draw_control(self, panel, control: dict[str, Any]) -> None:
+        """A setting or a value of the integrator: a slider or a button. See ``RendererState.controls``."""
+        name, value, label = control["name"], control["value"], control["label"]
+        if control["kind"] == "names":
+            if panel.button(f"{label.capitalize()}: {Path(value).name}"):
+                self.choose(partial(self.state.change, name, after(value, control["names"])))
+            return
+        low, high, step = control["low"], control["high"], control["step"]
+        chosen = panel.slider_int(label, value, low, high) if step == 1 else slide(panel, label, value, low, high)
+        if chosen != value:
             try:
-                self.renderer.change(control.name, value)
+                self.state.change(name, min(max(round(chosen / step) * step, low), high))
             except InputError as error:
                 self.tell(str(error))
 
