@@ -8,7 +8,6 @@ its arguments, or answer in its place. ``after`` makes observers that only look.
 The parts themselves stay as they are: a picture that nobody watches uses them, and pays nothing.
 """
 
-import copy
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -34,7 +33,8 @@ def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) 
         watcher: what the observers get before the part. If they are functions of a module, and all that they know comes
             from here, then another part, watcher and process have the same class, and so the same kernels.
     """
-    found, own = copy.copy(part), vars(part)
+    found, own = object.__new__(type(part)), vars(part)
+    vars(found).update(own)  # what kernels read is shared, even if ``copy`` would make it anew
     steps = []
     for name, observer in observers.items():
         if hasattr(part, name):

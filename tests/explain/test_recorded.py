@@ -19,3 +19,8 @@ def test_places_and_the_triangles_in_them_are_noted():
     assert [step.values["place"] for step in found.find("a place is entered")].count(1) == 1
     tried = found.find("a triangle is tried")
     assert {12 <= step.values["triangle_id"] < 24 for step in tried} == {True}
+
+
+def test_a_view_with_numbers_of_its_own_can_be_explained():
+    renderer = tt.A1Renderer(tt.load_scene_data("cube"), 16, 16).use("distance").render()
+    assert renderer.explain(8, 8).mean == pytest.approx(renderer.image()[8, 8])

@@ -25,8 +25,8 @@ def test_bounces_are_named_as_the_command_line_takes_them():
 @pytest.mark.parametrize(
     ("terms", "told"),
     [
-        ([(0, 0), (0, 2)], "bounces 0 and 0-2 both count the light after 0 bounces"),
-        ([(3, None), (5, 5)], r"bounces 3\+ and 5 both count the light after 5 bounces"),
+        ([(0, 0), (0, 2)], "bounces 0 and 0-2 both count the light after bounce 0"),
+        ([(3, None), (5, 5)], r"bounces 3\+ and 5 both count the light after bounce 5"),
         ([(7, 7)], "bounces 7: paths make at most 5 bounces: give a larger max_bounces"),
     ],
 )
