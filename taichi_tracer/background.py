@@ -36,13 +36,7 @@ class Background:
         self.what, self.corners = what, corners
         self.pixels = checked(texels, what, "a background", "a colour")
         self.rows, self.columns = map(memory.varying, self.pixels.shape[:2])
-        self._memory = memory.Memory()
-        self.texels = ti.Vector.field(3, float)
-        self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)
-        self._memory.allocate()
-        tables = memory.Tables()
-        tables.put(self.texels, self.pixels)
-        tables.load(self._memory)
+        self._memory, (self.texels,) = memory.filled(self.pixels, indices=2)
 
     def destroy(self) -> None:
         """Free the memory now; the background cannot be used afterwards."""

@@ -252,9 +252,7 @@ class A3Renderer(A2Renderer):
 
     def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> "Self":
         """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
-        light, brdf = self._one_sample().weights
-        light, brdf = light if mis_plight is None else mis_plight, brdf if mis_pbrdf is None else mis_pbrdf
-        self._one_sample().set_weights(light, brdf)
+        self._one_sample().set_weights(mis_plight, mis_pbrdf)
         return self
 
     def _weight(self, which: int) -> Any:

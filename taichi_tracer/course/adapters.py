@@ -114,14 +114,16 @@ class StudentKernel:
         return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
 
 
-def adapted(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
+def adapted(
+    student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] | None = None
+) -> type:
     """A class of the package's kind with the student's methods.
 
     Args:
         fit: changes a method, so that it can be called with the package's arguments.
-        methods: those of the handout's that are the student's; () is all.
+        methods: those of the handout's that are the student's; None is all.
     """
-    methods = methods or HANDOUT[name]
+    methods = HANDOUT[name] if methods is None else methods
     others = other_arguments(student, base, name)
     members = {k: v for k, v in own_members(student).items() if k in methods or k not in HANDOUT[name]}
     members = {k: if_written(student, k, v) for k, v in members.items() if k not in others}
@@ -132,7 +134,7 @@ def adapted(student: type, base: type, name: str, fit: Callable | None = None, m
         members["__init__"] = with_attributes(base.__init__, student, CONSTRUCTED[name])  # type: ignore[misc]
     members = {k: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for k, v in members.items()}
     made = type(name, (base,), members | {"other_arguments": others})
-    return with_some(made, name, lambda some: adapted(student, base, name, fit, some))
+    return with_some(made, methods, lambda some: adapted(student, base, name, fit, some))
 
 
 # What the constructor of a student's class gets, from the package's object.
@@ -180,14 +182,14 @@ def with_attributes(usual: Callable, student: type, given: Callable[[Any], dict[
     return begin
 
 
-def with_some(cls: Any, name: str, make: Callable[[Sequence[str]], type]) -> type:
-    """Give a class ``alone(method)``, with only one of the handout's methods, and ``without(method)``, with the others.
+def with_some(cls: Any, methods: Sequence[str], make: Callable[[Sequence[str]], type]) -> type:
+    """Give a class ``alone(method)``, with only one of its methods, and ``without(method)``, with the others.
 
     Args:
-        name: of the handout. make: a class with some of the methods.
+        methods: of the handout, which are the student's. make: a class with some of the methods.
     """
     cls.alone = staticmethod(lambda method: make([method]))
-    cls.without = staticmethod(lambda method: make([other for other in HANDOUT[name] if other != method]))
+    cls.without = staticmethod(lambda method: make([other for other in methods if other != method]))
     return cls
 
 
@@ -245,7 +247,7 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
             members[method] = finished(student, tt.RayIntersector, method, of_adapter)
     return with_some(
         type("RayIntersector", (tt.RayIntersector,), members),
-        "RayIntersector",
+        methods,
         lambda some: intersector_of(student, some),
     )
 
@@ -378,4 +380,4 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
     }
     members |= {"geometry": geometry, "__module__": student.__module__, "other_arguments": others}
     made = type("MeshLightSampler", (tt.MeshLightSampler,), members)
-    return with_some(made, "MeshLightSampler", lambda some: light_sampler_of(student, some))
+    return with_some(made, methods, lambda some: light_sampler_of(student, some))

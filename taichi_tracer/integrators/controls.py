@@ -6,10 +6,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import taichi as ti
 
-from taichi_tracer.system.memory import filled
+from taichi_tracer.system import memory
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,12 @@ class LiveNumbers:
     """
 
     def __init__(self, *numbers: float) -> None:
-        self._memory, (self._field,) = filled(np.array(numbers, float))
+        self._memory = memory.Memory()
+        self._field = ti.field(float)
+        self._memory.fields.dense(ti.i, len(numbers)).place(self._field)
+        self._memory.allocate()
         self.version = 0
+        self._write(numbers)
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, which freed the numbers."""
@@ -78,8 +81,11 @@ class LiveNumbers:
 
     def set(self, *numbers: float) -> None:
         """Change all numbers."""
-        self._memory.write(self._field, numbers)
+        self._write(numbers)
         self.version += 1
+
+    def _write(self, numbers) -> None:
+        self._memory.write(self._field, numbers)
 
     @ti.func
     def get(self, i: ti.template()):

@@ -16,6 +16,8 @@ from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register
 
+NAMES = tuple(usual_values(WEIGHTS))  # mis_plight, mis_pbrdf
+
 
 @register
 @ti.data_oriented
@@ -45,12 +47,14 @@ class OneSampleMis(DirectLight):
         p_light = self._numbers.get(0)  # type: ignore[union-attr]
         return p_light if which == 0 else 1 - p_light
 
-    def set_weights(self, light: float, brdf: float) -> None:
-        """Change ``weights``.
+    def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> None:
+        """Change one of the ``weights``, or both; None leaves a weight as it is.
 
         Raises:
             InputError: one of them is negative or not finite, or both are 0.
         """
+        light = self.weights[0] if mis_plight is None else mis_plight
+        brdf = self.weights[1] if mis_pbrdf is None else mis_pbrdf
         check(mis_plight=light, mis_pbrdf=brdf)
         if (light, brdf) != self.weights:
             self.weights = light, brdf
@@ -60,18 +64,13 @@ class OneSampleMis(DirectLight):
 
     def controls(self) -> tuple[Control, ...]:
         """Both weights."""
-        names = "mis_plight", "mis_pbrdf"
-        return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(names, self.weights, strict=True))
+        return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(NAMES, self.weights, strict=True))
 
     def change(self, name: str, value: Any) -> None:
         """Change ``mis_plight`` or ``mis_pbrdf``; see ``set_weights``."""
-        light, brdf = self.weights
-        if name == "mis_plight":
-            self.set_weights(value, brdf)
-        elif name == "mis_pbrdf":
-            self.set_weights(light, value)
-        else:
+        if name not in NAMES:
             super().change(name, value)
+        self.set_weights(**{name: value})
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""

@@ -168,13 +168,7 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
     def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
         """Build the trees over what a ray can hit."""
         super().bind(geometry, triangle_test)
-        self._memory_of_roots = memory.Memory()
-        self.roots = ti.field(ti.i32)  # of object: the first node of its tree
-        self._memory_of_roots.fields.dense(ti.i, len(self.first_nodes)).place(self.roots)
-        self._memory_of_roots.allocate()
-        tables = memory.Tables()
-        tables.put(self.roots, np.array(self.first_nodes, np.int32))
-        tables.load(self._memory_of_roots)
+        self._memory_of_roots, (self.roots,) = memory.filled(np.array(self.first_nodes))  # where each tree begins
 
     def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
         """The nodes of the upper tree, then those of the objects; what is in the leaves; the largest depth."""

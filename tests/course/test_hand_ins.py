@@ -69,3 +69,12 @@ def test_views_by_a_students_camera_and_intersector_are_the_packages(view, stude
     expected = tt.A1Renderer(own, SIZE, SIZE, camera=tt.Camera(SIZE, SIZE, **VIEW)).use(view).image()
     found = tt.A1Renderer(theirs, SIZE, SIZE, camera=student["Camera"](SIZE, SIZE, **VIEW)).use(view).image()
     np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_a_class_without_some_methods_has_the_packages(student):
+    """However often one is taken away, and if it is the only one."""
+    environment = student["Environment"].without("query_ray")
+    assert "query_ray" not in vars(environment)
+    camera = student["Camera"].without("generate_ray").without("compute_matrix")
+    assert not {"generate_ray", "compute_matrix"} & set(vars(camera))
+    assert "generate_ndc_coords" in vars(camera)
