@@ -11,6 +11,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import overridable, replaced
 
 
@@ -74,15 +75,11 @@ class Brdf:
         """
         return eval_over_pdf(self, material, w_o, w_i, n)
 
-    @ti.func
+    @compile_time
     def sample_weight(self, material, w_o, w_i, n):
         """The weight for integrators: ``weight``; or a quotient, if ``eval`` or ``pdf`` is newer than ``weight``."""
-        value = tm.vec3(0)
-        if ti.static(owns_weight(self)):
-            value = self.weight(material, w_o, w_i, n)
-        else:
-            value = eval_over_pdf(self, material, w_o, w_i, n)
-        return value
+        directions = w_o, w_i, n
+        return self.weight(material, *directions) if owns_weight(self) else eval_over_pdf(self, material, *directions)
 
 
 @ti.data_oriented

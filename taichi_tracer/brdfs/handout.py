@@ -6,9 +6,9 @@ A class with these names takes the place of the package's own BRDFs as soon as o
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import call_with_known_args, overridable, replaced, unfinished
 
 
@@ -38,15 +38,12 @@ class HandoutBrdf(Brdf):
         """``sample_direction``."""
         return call_with_known_args(self.sample_direction, material, w_o, n, xi=xi)
 
-    @ti.func
+    @compile_time
     def weight(self, material, w_o, w_i, n):
         """``evaluate_brdf_factor``; or f_r cos θ_i / pdf, if only f_r or the pdf was replaced."""
-        value = tm.vec3(0)
-        if ti.static(self.has_own_factor()):
-            value = call_with_known_args(self.evaluate_brdf_factor, material, w_o, w_i, n)
-        else:
-            value = eval_over_pdf(self, material, w_o, w_i, n)
-        return value
+        if self.has_own_factor():
+            return call_with_known_args(self.evaluate_brdf_factor, material, w_o, w_i, n)
+        return eval_over_pdf(self, material, w_o, w_i, n)
 
     def has_own_factor(self) -> bool:
         """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf.
