@@ -163,5 +163,14 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
         for bounce in range(first, (max_bounces if last is None else last) + 1):
             if bounce in owners:
                 both = f"{owners[bounce]} and {name}"
-                raise InputError(f"bounces {both} both count the light after bounce {bounce}: name each number once")
+                light = in_words((bounce, bounce))
+                raise InputError(f"bounces {both} both count the light after {light}: name each number once")
             owners[bounce] = name
+
+
+def in_words(bounces: Bounces) -> str:
+    """(first, last) as words: "1 bounce", "1 to 3 bounces", or "4 or more bounces"."""
+    first, last = bounces
+    if first == last:
+        return "1 bounce" if first == 1 else f"{first} bounces"
+    return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"
