@@ -3,26 +3,338 @@
 All cameras map a pixel to a point of their image plane. The ray of the perspective camera goes from the eye through
 this point. The ray of the orthographic camera (``cameras.orthographic``) starts at this point and goes along the gaze.
 Your own camera derives from one of the two and replaces ``generate_ray`` or one of its steps.
+
+A camera also has a size, and a view that Python sets and that kernels read.
 """
 
 import reprlib
-from typing import Any
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
+from taichi.lang.expr import Expr
 
-from taichi_tracer.camera_settings import CameraSettings
-from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.random_numbers import given_or_drawn
-from taichi_tracer.formulas.view import check_angle, distance_of, without_angle
+from taichi_tracer.formulas.view import (
+    DEFAULT_WINDOW,
+    DEFAULTS,
+    CameraView,
+    camera_frame,
+    check_angle,
+    distance_of,
+    without_angle,
+    words_of,
+)
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import compile_time, compile_time_as, element
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts import PARTS, call_with_known_args, overridable, register, takes, takes_whole_numbers
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.compile_time import compile_time, compile_time_as, element, inside_kernel, runs_in_kernels
+from taichi_tracer.system.course_fields import HeldExpr, held
+from taichi_tracer.system.errors import InputError, no_argument, one_of
+from taichi_tracer.system.own_code.checks import fault
+from taichi_tracer.system.parts import (
+    PARTS,
+    AbstractAnnotation,
+    KnownAttributes,
+    call_with_known_args,
+    overridable,
+    register,
+    replaced,
+    takes,
+    takes_whole_numbers,
+)
 from taichi_tracer.system.types import Numbers
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+# ── what a camera is besides its rays ──
+
+
+class WindowOptions(TypedDict, total=False):
+    """What a camera takes by name; ``CameraSettings`` says what it is."""
+
+    screen_window: Numbers | str | None
+    frame_aspect: float | None
+    focal_distance: float
+
+
+class Setting(property):
+    """A property that is a part of the camera's view: an assignment gives the camera another view.
+
+    ``camera.eye[None]`` is the same as ``camera.eye``, also in an assignment, as for the fields of the course.
+    """
+
+    def __get__(self, camera: Any, owner: type | None = None) -> Any:
+        value = super().__get__(camera, owner)
+        if isinstance(value, (float, np.ndarray)):
+            return held(value, lambda changed: self.__set__(camera, changed))
+        return HeldExpr(value) if isinstance(value, Expr) else value
+
+    def __set__(self, camera: Any, value: Any) -> None:
+        camera._change({self.fget.__name__: value})  # type: ignore[union-attr]
+
+
+class Size:
+    """The width or the height of a picture, in pixels: set only once, because films and samplers have the same."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, camera: Any, owner: type | None = None) -> Any:
+        return self if camera is None else vars(camera)[self.name]
+
+    def __set__(self, camera: Any, size: int) -> None:
+        if not isinstance(size, (int, float, np.number)) or not (size >= 1 and float(size).is_integer()):
+            raise InputError(f"camera: {self.name} must be a whole number of at least 1, not {size!r}")
+        former = vars(camera).setdefault(self.name, memory.varying(int(size)))
+        if size != former:
+            advice = f"make a renderer, or a camera, with {self.name}={int(size)}"
+            raise InputError(f"camera: {self.name} is {former} and cannot be changed to {size}: {advice}")
+
+
+@ti.data_oriented
+class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
+    """The size of the picture, and the view, whose numbers are in fields.
+
+    Args:
+        width, height: size of the image in pixels.
+        eye, at, up: 3 numbers each, in world space.
+        fov: vertical field of view in degrees, between 0 and 180; only a perspective camera has one.
+        handedness: "left" as in the courses, or "right" (C-5).
+        window: by name
+            screen_window: (l, r, b, t) of the image plane at the focal distance. If it is given, ``fov`` is ignored
+            (C-9). "default" is [−1, 1] along the shorter axis of the image (RT-3).
+            frame_aspect: width / height of the window, if it differs from that of the image (RT-4).
+            focal_distance: the distance from the eye to the window, along the gaze (RT-5); 1 if it is not given.
+
+    Attributes:
+        view: the checked ``CameraView``.
+        version: counts changes, so that a renderer knows when its samples belong to an older picture.
+        camera_to_world, half_size, centre: fields of ``compute_matrix``, ``compute_half_size``, ``compute_centre``.
+        x, y, z: fields of the camera's axes in world space, the first three columns of ``compute_matrix``.
+
+    Raises:
+        InputError: no camera exists for these parameters; the message has the name and the value (C-6).
+    """
+
+    kind, name = "camera", ""
+    is_parallel = False  # whether all rays are parallel; then there is no angle between them
+    default_fov: float | None = None  # the angle if neither an angle nor a window is given
+    width, height = Size(), Size()
+
+    def __init__(
+        self,
+        width: int = 128,
+        height: int = 128,
+        eye: Numbers = (0.0, 0.0, 5.0),
+        at: Numbers = (0.0, 0.0, 0.0),
+        up: Numbers = (0.0, 1.0, 0.0),
+        fov: float | None = None,
+        handedness: str = DEFAULTS["handedness"],
+        **window: "Unpack[WindowOptions]",
+    ) -> None:
+        self.width, self.height = width, height
+        self.view = self.view_of({"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **window})
+        self.version = 0
+        self._memory = memory.Memory()
+        self.camera_to_world = ti.Matrix.field(4, 4, float)
+        self.half_size, self.centre = ti.Vector.field(2, float), ti.Vector.field(2, float)
+        self.x, self.y, self.z = (ti.Vector.field(3, float) for _ in range(3))
+        self._numbers = ti.field(float)  # eye, at, up (3 each) and fov, for methods that read them in a kernel
+        self._memory.fields.place(self.camera_to_world, self.half_size, self.centre, self.x, self.y, self.z)
+        self._memory.fields.dense(ti.i, 10).place(self._numbers)
+        self._memory.allocate()
+        # Of the numbers alone, and with the matrix: a kernel that loads tables is read for a fixed list of them.
+        self._numbers_alone, self._tables = memory.Tables(), memory.Tables()
+        self._load()
+
+    def set_camera_parameters(
+        self,
+        eye: Numbers | None = None,
+        at: Numbers | None = None,
+        up: Numbers | None = None,
+        fov: float | None = None,
+        handedness: str | None = None,
+        **window: "Unpack[WindowOptions]",
+    ) -> None:
+        """Move the camera. Parameters that are not given stay as they are. After an InputError, nothing has changed.
+
+        The parameters are those of the constructor. A new ``fov`` replaces a window, and a new window the ``fov``.
+        """
+        given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **only_known(window)}
+        self._change({name: value for name, value in given.items() if value is not None})
+
+    def _change(self, given: dict[str, Any]) -> None:
+        """Replace some of the constructor's arguments by others; after an InputError, nothing has changed."""
+        self._memory.check("camera")
+        if {"fov", "screen_window"} & set(given):
+            self.view = self.view_of({**vars(self.view), "fov": None, "screen_window": None, **given})
+        else:
+            self.view = CameraView.checked({**vars(self.view), **given}, self.check_fov)
+        self._load()
+
+    @classmethod
+    def view_of(cls, values: dict[str, Any]) -> CameraView:
+        """The view of the constructor's arguments, with the default of the angle and of the window."""
+        values = {**DEFAULTS, **only_known(values)}
+        fov, window = values.get("fov"), values.get("screen_window")
+        if isinstance(window, str) and window != DEFAULT_WINDOW:
+            raise one_of("screen_window", window, [DEFAULT_WINDOW, "or four numbers"])
+        shown = {
+            "fov": cls.default_fov if fov is None and window is None else fov,
+            "screen_window": None if isinstance(window, str) else window,
+        }
+        return CameraView.checked({**values, **shown}, cls.check_fov)
+
+    @classmethod
+    @abstractmethod
+    def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:
+        """The angle that the camera uses, or None if the window determines it; an InputError if it is impossible."""
+
+    @abstractmethod
+    def compute_matrix(self) -> Any:
+        """The camera-to-world matrix, which a subclass defines."""
+
+    @Setting
+    def eye(self) -> Any:
+        """The position in world space: (3,) float64; in a kernel, a vec3. To move the camera, assign three numbers.
+
+        The array is a copy: a change of one of its elements does not move the camera.
+        """
+        return self._vector("eye", 0)
+
+    @Setting
+    def at(self) -> Any:
+        """The point that the camera looks at, in world space, as ``eye``."""
+        return self._vector("at", 3)
+
+    @Setting
+    def up(self) -> Any:
+        """The upward direction, in world space, as ``eye``."""
+        return self._vector("up", 6)
+
+    def _vector(self, name: str, first: int) -> Any:
+        if inside_kernel():
+            return tm.vec3([element(self._numbers, first + k) for k in range(3)])
+        return getattr(self.view, name).copy()
+
+    @Setting
+    def fov(self) -> Any:
+        """Vertical field of view in degrees; a new one replaces a window. Parallel rays have none."""
+        if self.is_parallel:
+            raise AttributeError(f"{type(self).__name__} has no fov, because its rays are parallel: see screen_window")
+        return element(self._numbers, 9) if inside_kernel() else self.view.angle(self.width / self.height)
+
+    @Setting
+    def handedness(self) -> Any:
+        """ "left" or "right" (C-5)."""
+        return self.view.handedness
+
+    @Setting
+    def focal_distance(self) -> Any:
+        """The distance from the eye to the window (RT-5)."""
+        return self.view.focal_distance
+
+    @Setting
+    def frame_aspect(self) -> Any:
+        """Width / height of a window that is not given itself: that of the image, unless it was set (RT-4)."""
+        return self.width / self.height if self.view.frame_aspect is None else self.view.frame_aspect
+
+    @Setting
+    def screen_window(self) -> Any:
+        """(l, r, b, t) at the focal distance: see ``CameraView.window``. A new window replaces an angle."""
+        return self.view.window(self.width / self.height)
+
+    @property
+    def has_window(self) -> bool:
+        """Whether the window was given, or is the default; False if an angle determines it."""
+        return self.view.has_window
+
+    def compute_half_size(self) -> tuple[float, float]:
+        """Half the width and half the height of the image plane; a perspective camera measures them at distance 1."""
+        if not self.is_parallel:
+            return self.view.half_size(self.width, self.height)
+        l, r, b, t = self.screen_window
+        return (r - l) / 2, (t - b) / 2
+
+    def compute_centre(self) -> tuple[float, float]:
+        """The middle of the image plane, in the units of ``compute_half_size``."""
+        l, r, b, t = self.screen_window
+        distance = 1.0 if self.is_parallel else self.focal_distance
+        return (l + r) / 2 / distance, (b + t) / 2 / distance
+
+    def parameters(self) -> dict[str, Any]:
+        """The arguments with which ``make_camera`` makes this camera again, except for its size."""
+        values = {"projection": self.name, **{k: v for k, v in vars(self.view).items() if v is not None}}
+        return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
+
+    def __repr__(self) -> str:
+        values = self.parameters()
+        del values["projection"]
+        words = words_of(values, usual=DEFAULTS)
+        return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
+
+    def _load(self) -> None:
+        """Copy the view into the fields that kernels read, and then the matrix, which may be made of them."""
+        angle = 0.0 if self.is_parallel else self.view.angle(self.width / self.height)
+        is_replaced, dtype = "compute_matrix" in replaced(self), runtime.dtype()
+        for tables in (self._numbers_alone, self._tables) if is_replaced else (self._tables,):
+            tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
+            tables.put(self.centre, np.array(self.compute_centre(), dtype))
+            tables.put(self._numbers, np.array([*self.view.eye, *self.view.at, *self.view.up, angle], dtype))
+        if is_replaced:
+            self._load_replaced_matrix()
+        else:
+            self._put_matrix(self.compute_matrix())
+            self._tables.load(self._memory)
+        self.version += 1
+
+    def _load_replaced_matrix(self) -> None:
+        """Let a student's ``compute_matrix`` return the matrix, or set the fields, as it does in the course."""
+        self._numbers_alone.load(self._memory)
+        if runs_in_kernels(self.compute_matrix):
+            self._load_own_matrix()
+            return
+        self._memory.write(self.camera_to_world, np.zeros((4, 4)))
+        matrix = self.compute_matrix()
+        if matrix is not None:
+            self._put_matrix(np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64))
+            self._tables.load(self._memory)
+        elif not self._memory.read(self.camera_to_world).any():
+            name, advice = f"{type(self).__name__}.compute_matrix", "return a 4 x 4 matrix"
+            text = f"{name} has no return with a value, and sets no camera_to_world[None]: {advice}"
+            raise fault(self.compute_matrix, text)
+
+    def _put_matrix(self, matrix: np.ndarray) -> None:
+        if matrix.shape != (4, 4):
+            raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
+        self._tables.put(self.camera_to_world, np.ascontiguousarray(matrix, runtime.dtype()))
+        for axis, column in zip((self.x, self.y, self.z), matrix[:3].T, strict=False):
+            self._tables.put(axis, np.ascontiguousarray(column, runtime.dtype()))
+
+    def matrix(self) -> np.ndarray:
+        """The camera-to-world matrix, (4, 4) float64; where ``compute_matrix`` is replaced, what it has set."""
+        is_replaced = "compute_matrix" in replaced(self)
+        return np.asarray(self._memory.read(self.camera_to_world) if is_replaced else self.compute_matrix(), np.float64)
+
+    @ti.kernel
+    def _load_own_matrix(self):
+        self.camera_to_world[None] = self.compute_matrix()
+
+
+def only_known(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The same values of a view; a TypeError if one of them has an unknown name."""
+    for name in values:
+        if name not in CameraView.__dataclass_fields__:
+            raise no_argument("a camera", name, list(CameraView.__dataclass_fields__))
+    return dict(values)
+
+
+# ── from a pixel to a ray ──
 
 
 @ti.data_oriented

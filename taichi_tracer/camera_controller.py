@@ -9,7 +9,7 @@ import numpy as np
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.formulas.camera_frame import USUAL_HANDEDNESS, camera_frame, world_axes
+from taichi_tracer.formulas.view import USUAL_HANDEDNESS, camera_frame, world_axes
 from taichi_tracer.system.errors import InputError
 
 SPEED = 1.5  # units per second, along every axis (A1-16), in a scene whose longest side is within this range:

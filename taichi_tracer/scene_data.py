@@ -10,11 +10,11 @@ import taichi as ti
 from taichi_tracer.background import load_background
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
-from taichi_tracer.formulas.camera_frame import up_of
+from taichi_tracer.formulas.view import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.instances import on_ground, resolve_instances, view_of_mesh
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
-from taichi_tracer.intersectors.places import Places
+from taichi_tracer.intersectors.instances import Places
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import Material, MaterialLibrary

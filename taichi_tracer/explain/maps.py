@@ -10,8 +10,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.files.picture import Picture
-from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.integrators.controls import Control, NameControl
+from taichi_tracer.integrators.base import Control, Integrator, NameControl
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import WorkMap, counted

@@ -7,12 +7,9 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.explain.drawing import thumbnail
-from taichi_tracer.explain.explanation import Explanation
-from taichi_tracer.explain.log import Log
-from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_integrator, recorded_scene
-from taichi_tracer.explain.steps import steps_of
-from taichi_tracer.explain.terms import terms_of
+from taichi_tracer.explain.explanation import Explanation, thumbnail
+from taichi_tracer.explain.recorded import CAMERA, NUMBERS, Log, recorded, recorded_integrator, recorded_scene
+from taichi_tracer.explain.terms import steps_of, terms_of
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time

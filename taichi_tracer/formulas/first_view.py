@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from taichi_tracer.formulas.camera_frame import FROM, camera_frame, up_of, view_of_points, world_axes
 from taichi_tracer.formulas.points import box_of
+from taichi_tracer.formulas.view import FROM, camera_frame, up_of, view_of_points, world_axes
 
 CELLS, DIRECTIONS = 48, 20
 EACH = 8  # of so many points of the surfaces, one is enough to place the camera of a view that is only tried

@@ -5,9 +5,13 @@
 ``scene`` is a ``scene_in_kernels.SceneInKernels``: it has the lights, the intersector, the effects, and
 ``surface_at(ray, hit)``. ``hit`` is what the ray hit. ``rng.next_2d()`` gives two random numbers. The result is one
 sample, a vec3. The film computes the mean of the samples (A2-9).
+
+``Integrator.controls`` returns the values that can be changed while a picture is shown, with their present values;
+``Integrator.change`` takes the new ones by name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
@@ -15,13 +19,100 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.formulas.heuristics import heuristic
-from taichi_tracer.integrators.controls import Control
+from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import is_as_written, overridable
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData
+
+# ── values that can be changed ──
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number between two ends, which belong to it. It is whole if both ends are whole.
+
+    Attributes:
+        name: of the value, for ``Integrator.change``.
+        label: what stands beside the slider; up to 10 characters have room there.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    label: str
+
+
+@dataclass(frozen=True)
+class NameControl:
+    """One of several names, which a button chooses one after another.
+
+    Attributes:
+        name: of the value, for ``Integrator.change``.
+        label: what stands before the value on the button.
+    """
+
+    name: str
+    value: str
+    names: Sequence[str]
+    label: str
+
+
+@dataclass(frozen=True)
+class BouncesControl:
+    """The light of which bounces is shown: of all (None), or of some, (first, last); see ``PathSettings.bounces``.
+
+    Attributes:
+        name: of the value, for ``Integrator.change``.
+        most: the largest number of bounces.
+    """
+
+    name: str
+    value: tuple[int, int | None] | None
+    most: int
+
+
+Control = Slider | NameControl | BouncesControl
+
+
+@ti.data_oriented
+class LiveNumbers:
+    """A row of numbers in the running precision, which kernels read. A change compiles nothing again.
+
+    Attributes:
+        version: counts the changes, so that a renderer knows when its samples belong to an older picture.
+    """
+
+    def __init__(self, *numbers: float) -> None:
+        self._memory = memory.Memory()
+        self._field = ti.field(float)
+        self._memory.fields.dense(ti.i, len(numbers)).place(self._field)
+        self._memory.allocate()
+        self.version = 0
+        self._write(numbers)
+
+    def is_over(self) -> bool:
+        """Whether Taichi was started again since then, which freed the numbers."""
+        return self._memory.is_over()
+
+    def set(self, *numbers: float) -> None:
+        """Change all numbers."""
+        self._write(numbers)
+        self.version += 1
+
+    def _write(self, numbers) -> None:
+        self._memory.write(self._field, numbers)
+
+    @ti.func
+    def get(self, i: ti.template()):
+        """The i-th number; in kernels."""
+        return self._field[i]
+
+
+# ── integrators ──
 
 
 @ti.data_oriented

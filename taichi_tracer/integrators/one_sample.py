@@ -9,7 +9,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.controls import Control, LiveNumbers, Slider
+from taichi_tracer.integrators.base import Control, LiveNumbers, Slider
 from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.settings import WEIGHTS, usual_values

@@ -5,7 +5,7 @@ from typing import Any
 
 import taichi as ti
 
-from taichi_tracer.integrators.controls import BouncesControl, Control, LiveNumbers, NameControl, Slider
+from taichi_tracer.integrators.base import BouncesControl, Control, LiveNumbers, NameControl, Slider
 from taichi_tracer.settings import PATHS, name_of_bounces, usual_values
 from taichi_tracer.system.errors import InputError
 

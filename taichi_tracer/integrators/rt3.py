@@ -10,8 +10,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.integrators.controls import LiveNumbers
+from taichi_tracer.integrators.base import Integrator, LiveNumbers
 from taichi_tracer.integrators.surface_views import normal
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register

@@ -11,8 +11,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.base import View
-from taichi_tracer.integrators.controls import LiveNumbers
+from taichi_tracer.integrators.base import LiveNumbers, View
 from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register

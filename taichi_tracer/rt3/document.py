@@ -14,8 +14,7 @@ import numpy as np
 
 from taichi_tracer.camera import check_view
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.formulas.camera_frame import camera_frame
-from taichi_tracer.formulas.view import DEFAULT_WINDOW
+from taichi_tracer.formulas.view import DEFAULT_WINDOW, camera_frame
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light

@@ -1,6 +1,9 @@
-"""The world of an RT3 document while it is read: the current transform, the current material, the objects so far."""
+"""The world of an RT3 document while it is read: the current transform, the current material, the objects so far.
 
-from dataclasses import replace
+``Contents`` is what stands in the world, or between ``object_instance_begin`` and ``_end`` (RT-12).
+"""
+
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +11,105 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import resolve_instances
+from taichi_tracer.instances import Instances, resolve_instances
+from taichi_tracer.lights.ambient_light import AmbientLight
 from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.directional_light import DirectionalLight
+from taichi_tracer.lights.point_light import PointLight
+from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.meshes.parts import move, reverse, similarity
-from taichi_tracer.rt3.contents import Contents
+from taichi_tracer.meshes.parts import joined, move, reverse, similarity
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
-from taichi_tracer.rt3.lights import read_light
+from taichi_tracer.system.errors import InputError
+
+# ── contents ──
+
+
+@dataclass
+class Contents:
+    """The objects of the world, or those of an instance, which is called in several places.
+
+    Attributes:
+        name: of the instance, or of the document. where: the line in which it began.
+        parts: triangles and spheres, moved into their places.
+        calls: meshes of instances, each with the (4, 4) transform of its place.
+    """
+
+    name: str
+    where: str = ""
+    parts: list[Mesh] = field(default_factory=list)
+    calls: list[tuple[Mesh, np.ndarray]] = field(default_factory=list)
+
+    def mesh(self, materials: list[Material]) -> Mesh:
+        """Everything as one mesh; what is called several times is one mesh in several places.
+
+        Args:
+            materials: of the document.
+        """
+        whole = joined(self.parts, materials, self.name)
+        places: dict[int, tuple[Mesh, list[np.ndarray]]] = {}
+        for called, matrix in self.calls:
+            places.setdefault(id(called), (called, []))[1].append(matrix)
+        whole.instances = [Instances(called, np.array(matrices)) for called, matrices in places.values()]
+        return whole
+
+
+# ── lights (RT-10) ──
+
+
+KINDS = {"ambient": "ambient", "directional": "directional", "distant": "directional", "point": "point", "spot": "spot"}
+EVEN = np.array([1.0, 0.0, 0.0])  # Kc, Kl, Kq of a light that does not say them: it does not fall off
+CUTOFF, FALLOFF = 30.0, 15.0
+
+
+def read_light(element: Element, ctm: np.ndarray) -> Light:
+    """The light that an element describes.
+
+    Args:
+        ctm: (4, 4), the transform for ``from`` and ``to``.
+
+    Raises:
+        InputError: with file and line.
+    """
+    kind = element.choice("type", of=KINDS)
+    try:
+        return _read(element, kind, ctm)
+    except InputError as error:
+        text = str(error)
+        raise (error if text.startswith(element.where) else element.error(text)) from None
+
+
+def _read(element: Element, kind: str, ctm: np.ndarray) -> Light:
+    color = _color(element)
+    if kind == "ambient":
+        return AmbientLight(color)
+    start = _place(element, ctm, "from")
+    if kind == "directional":
+        return DirectionalLight((_place(element, ctm, "to") if element.find("to") else ctm[:3, 3]) - start, color)
+    attenuation = element.numbers("attenuation", default=EVEN)
+    if kind == "point":
+        return PointLight(start, color, attenuation)
+    end = _place(element, ctm, "to")
+    cutoff = element.number("cutoff", default=CUTOFF)
+    falloff = element.number("falloff", default=min(FALLOFF, cutoff))
+    return SpotLight(start, end, color, cutoff, falloff, attenuation)
+
+
+def _color(element: Element) -> np.ndarray:
+    """L or I, times ``scale``."""
+    color = np.resize(element.numbers(element.need("L", "I"), count=(1, 3)), 3)
+    scale = np.resize(element.numbers("scale", count=(1, 3), default=np.ones(1)), 3)
+    if (color < 0).any() or (scale < 0).any():
+        raise element.error("L, I and scale must not be negative")
+    return color * scale
+
+
+def _place(element: Element, ctm: np.ndarray, name: str) -> np.ndarray:
+    return ctm[:3, :3] @ element.numbers(element.need(name)) + ctm[:3, 3]
+
+
+# ── the world ──
+
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, Ends, first_hits, follow
-from taichi_tracer.unseen.narrow_lobes import LIKE_MIRROR_FROM
+from taichi_tracer.unseen.mirror_chains import LIKE_MIRROR_FROM, OF_FEW_RAYS, RAYS, Ends, first_hits, follow
 from taichi_tracer.unseen.rare_light import NONE, rows_of
 from taichi_tracer.unseen.small_lamps import radiance_of
 from taichi_tracer.unseen.small_suns import Sun

@@ -32,7 +32,7 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system.parts import unfinished
-from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
+from taichi_tracer.unseen.mirror_chains import has_narrow_lobes
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
 from taichi_tracer.unseen.small_suns import Sun
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from taichi_tracer.explain.explanation import Explanation, grouped
-from taichi_tracer.explain.steps import Step
+from taichi_tracer.explain.terms import Step
 
 
 def test_many_alike_are_told_by_their_number_but_hits_are_shown():

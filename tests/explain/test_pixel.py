@@ -1,11 +1,87 @@
-"""An explained pixel has the bits of the picture, and its steps are those of the code that runs."""
+"""Explained pixels: the log of kernels, what observers note, and the samples that are computed once more."""
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.explain.recorded import Log
+from taichi_tracer.ray import Ray
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
+
+# ── the log ──
+
+
+@ti.data_oriented
+class Noting:
+    """Notes a few things in a loop."""
+
+    def __init__(self):
+        self.log = Log()
+
+    @ti.kernel
+    def run(self, n: ti.i32):
+        ti.loop_config(serialize=True)
+        for k in range(n):
+            self.log.is_on[None] = ti.cast(k != 1, ti.i32)
+            self.note(k, Ray(origin=tm.vec3(k, 0.1, -0.5), direction=tm.vec3(0, 0, 1)))
+
+    @compile_time
+    def note(self, k, ray):
+        self.log.note("number", k=k, pair=(k + 1, tm.vec2(2, 3)))
+        self.log.note("ray", "begin", ray=ray)
+        self.log.note("often", is_limited=True, k=k)
+
+
+@pytest.fixture(scope="module")
+def noting():
+    start("f32")
+    return Noting()
+
+
+def test_numbers_come_back_exact_and_in_order(noting):
+    noting.log.clear()
+    noting.run(3)
+    found, counts = noting.log.read()
+    assert [entry.name for entry, _ in found] == ["number", "ray", "often"] * 2  # nothing of k = 1
+    assert [values["k"] for entry, values in found if entry.name == "number"] == [0, 2]
+    _, values = found[4]
+    assert values["ray.origin"].tolist() == [2, np.float64(np.float32(0.1)), -0.5]
+    assert found[4][0].mark == "begin"
+    assert found[3][1]["pair[0]"] == 3
+    assert found[3][1]["pair[1]"].tolist() == [2, 3]
+    assert counts == {"often": 2}
+
+
+# ── observers ──
+
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+
+def test_places_and_the_triangles_in_them_are_noted():
+    """With the ids that the triangles have there."""
+    transforms = np.tile(np.eye(4), (3, 1, 1))
+    transforms[:, 0, 3] = -5, 0, 5
+    transforms[1] = np.diag([-1.0, 1, 1, 1])
+    mesh = tt.group([tt.Instances(tt.load_mesh("cube"), transforms)])
+    renderer = tt.A1Renderer(tt.scene_from_mesh(mesh, instances="shared"), 33, 33).use("normal").render()
+    found = renderer.explain(16, 16)
+    assert [step.values["place"] for step in found.find("a place is entered")].count(1) == 1
+    tried = found.find("a triangle is tried")
+    assert {12 <= step.values["triangle_id"] < 24 for step in tried} == {True}
+
+
+def test_a_view_with_numbers_of_its_own_can_be_explained():
+    renderer = tt.A1Renderer(tt.load_scene_data("cube"), 16, 16).use("distance").render()
+    assert renderer.explain(8, 8).mean == pytest.approx(renderer.image()[8, 8])
+
+
+# ── a pixel ──
+
 
 SIZE = (24, 16)
 

@@ -7,7 +7,6 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.explain.steps import Step
 from taichi_tracer.explain.terms import (
     COS,
     F_R,
@@ -22,6 +21,7 @@ from taichi_tracer.explain.terms import (
     RATIO,
     THROUGHPUT,
     WEIGHT,
+    Step,
     terms_of,
 )
 

@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.integrators.controls import BouncesControl
+from taichi_tracer.integrators.base import BouncesControl
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms, in_words
 from taichi_tracer.settings import name_of_bounces
 

@@ -8,7 +8,7 @@ from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.materials import Material
 from taichi_tracer.system.parts import PARTS
-from taichi_tracer.unseen.narrow_lobes import may_be_narrow
+from taichi_tracer.unseen.mirror_chains import may_be_narrow
 
 
 class Own(Diffuse):
