@@ -1,290 +1,31 @@
 """Progressive rendering: every call adds samples to every pixel, and any change starts the picture again (A2-2).
 
-A renderer is made of a scene, a camera, a sampler, a film, and the integrators that it offers. The central kernel is
-``ProgressiveRenderer._take_samples``: pixel → ray → radiance → film. The renderers of the assignments define which
-integrators they offer, and have the methods of the handouts.
+The central kernel is ``ProgressiveRenderer._take_samples``: pixel → ray → radiance → film. The renderers of the
+assignments define which integrators they offer, and have the methods of the handouts.
 """
 
-import copy
 from collections.abc import Callable
-from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.formulas.random_numbers import RandomNumbers
-from taichi_tracer.integrators.base import Control, Integrator
-from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
-from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
-from taichi_tracer.picture.adaptive import OwnShares, Shares
-from taichi_tracer.picture.error_curve import ErrorCurves
-from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
-from taichi_tracer.picture.rendered import RenderedPicture
-from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
-from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
-from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import compiling, memory, runtime
+from taichi_tracer.picture.sample_parts import SampleParts
+from taichi_tracer.renderer_parts import RendererParts
+from taichi_tracer.system import compiling
 from taichi_tracer.system.compile_time import compile_time, one_at_a_time
 from taichi_tracer.system.course_fields import held
-from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.own_code.checks import Values, note_change, values_of
-from taichi_tracer.system.parts import (
-    PARTS,
-    KnownAttributes,
-    adapt_signature,
-    call_with_known_args,
-    overridable,
-    replaced,
-    why_replaced,
-)
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.own_code.checks import note_change, values_of
+from taichi_tracer.system.parts import adapt_signature, call_with_known_args, overridable
 from taichi_tracer.system.stopwatch import KERNELS_MADE, LIGHTS, SAMPLES, stage
-from taichi_tracer.tones.display import Display
-from taichi_tracer.tones.heat import Scale
-from taichi_tracer.unseen.unseen_light import UnseenLight
 
 if TYPE_CHECKING:
-    from typing_extensions import Self, Unpack
-
-# ── what a renderer is made of ──
-
-
-# The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
-NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 39, 52
-COMPENSATED = "light samples   of the light above the environment's mean: samples of the BRDF find the rest"
-
-IntegratorChoice = str | Integrator | type[Integrator] | Enum
-
-
-def not_a_scene(renderer: str, given: object) -> InputError:
-    """The error for what was given to a renderer in place of a scene; a name or a path is no scene yet."""
-    if isinstance(given, str | Path):
-        return InputError(f"{renderer}: {str(given)!r} is no scene yet: give load_scene_data({str(given)!r})")
-    return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
-
-
-def unknown_integrator(renderer: "RendererParts", chosen: str) -> InputError:
-    """The error for the name of what a renderer does not offer; it says which other does."""
-    message = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
-    other = next((part for part in PARTS.all("integrator") if chosen in (part.name, *part.aliases)), None)
-    if other is not None:
-        owners = [cls.__name__ for cls in PARTS.all("renderer") if other in cls.offered()]
-        message += f". It belongs to {' and '.join(owners) or 'another renderer'}"
-    return InputError(message)
-
-
-def whole(name: str, number: int) -> int:
-    """A whole number of 32 bits; an InputError for anything else."""
-    if not isinstance(number, int | float | np.number) or int(number) != number or not 0 <= number < 2**32:
-        raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
-    return int(number)
-
-
-def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
-    """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
-    is_size = all(isinstance(side, int | float | np.number) and side > 0 for side in (width, height))
-    view = scene_data.view_for(width / height if is_size else 1.0)  # the camera refuses what is no size
-    if chosen is None:
-        return make_camera(width, height, **view)
-    found = PARTS.find("camera", chosen)
-    if isinstance(found, type):
-        return make_camera(width, height, **change_projection(view, found))
-    return found
-
-
-class RendererParts(KnownAttributes, RenderedPicture):
-    """The parts of a renderer, and the choice of its integrator; ``ProgressiveRenderer`` takes samples with them.
-
-    Args:
-        scene_data: the scene. width, height: size of the picture in pixels. options: ``options.RendererOptions``.
-    """
-
-    kind, name = "renderer", ""
-    what = "view"  # the kind of integrators that it offers; messages use this word too
-    asked: tuple[str, ...] = ()  # what an assignment asks for; () is all that it offers
-    first = ""  # the integrator with which it begins; the first that it offers if there is no name
-    jitters = False  # whether its pictures consist of random samples by default
-    has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
-    value_names: tuple[str, ...] = ()  # which of ``settings.OPTIONS`` it has as values
-    scale: Scale | None = None  # what the colours mean, if they show numbers
-
-    @one_at_a_time
-    @with_options(RendererOptions, RENDERER_DEFAULTS)
-    def __init__(
-        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
-    ) -> None:
-        given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
-        if not isinstance(scene_data, SceneData):
-            raise not_a_scene(type(self).__name__, scene_data)
-        scene_data.check_alive()
-        self.scene_data = scene_data
-        self.seed, self.first_sample = given["seed"], whole("first_sample", given["first_sample"])
-        self.camera = camera_of(given["camera"], width, height, scene_data)
-        self.width, self.height = self.camera.width, self.camera.height
-        bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
-        memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
-        self.jitter = self.jitters if given["jitter"] is None else bool(given["jitter"])
-        self.is_random = self.jitter or self.jitters
-        self.adaptive: bool | None = given["adaptive"]
-        if self.adaptive and not self.is_random:
-            raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
-        self._integrators: dict[str, Integrator] = {}
-        usual = usual_sampler(bool(self.adaptive))
-        chosen = PARTS.find("sampler", given["sampler"] or usual)
-        if isinstance(chosen, UniformSampler):
-            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
-        self.sampler: Sampler = sampler_of(chosen, self.camera)
-        self.shares = Shares(self.width, self.height, bool(self.adaptive))
-        self.film = self._make_film(given["crop"])
-        self.replaced = replaced(self)
-        self.eye_rays = self.make_eye_rays()
-        may_adapt = self.adaptive is None and self.is_random and self.film.doubles
-        self.own_shares = OwnShares(self, may_adapt)
-        self._ready: SampleParts | None = None  # of the kernel that was launched last
-        self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
-        self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
-        self.progress = Progress(Target())
-        self.seconds_before, self.error_curves = 0.0, ErrorCurves()
-        self.explainer: Any = None
-        self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
-        self.unseen_light = UnseenLight(self)
-        self.display = Display()
-        self.use(given["integrator"] or self.first or self.offers[0].name)
-
-    @property
-    def seed(self) -> int:
-        """What the random numbers begin with: a whole number of 32 bits. Another one gives another picture."""
-        return self._seed
-
-    @seed.setter
-    def seed(self, number: int) -> None:
-        self._seed = whole("seed", number)
-
-    def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
-        """The film, with what the estimate of the error needs of this sampler."""
-        of = self.sampler
-        keeps_deviation = bool(self.adaptive) or not (of.replicated or of.doubles)
-        return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
-
-    def make_eye_rays(self) -> EyeRays:
-        """What gives the kernel its rays and hits; a replaced ``shade_ray`` traces its rays itself."""
-        return EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-
-    @classmethod
-    def offered(cls) -> tuple[Integrator, ...]:
-        """The registered integrators that this renderer can use."""
-        return tuple(part for part in PARTS.all("integrator") if part.what == cls.what)
-
-    @property
-    def offers(self) -> tuple[Integrator, ...]:
-        """The integrators of ``offered``, and those that were given to this renderer as objects."""
-        known = {part.name: part for part in self.offered()}
-        return tuple({**known, **self._integrators}.values())
-
-    @classmethod
-    def names(cls) -> list[str]:
-        """The names of the integrators in ``offered``."""
-        return [part.name for part in cls.offered()]
-
-    def use(self, integrator: IntegratorChoice) -> "Self":
-        """Choose what to render. Returns the renderer.
-
-        Args:
-            integrator: its name, or the integrator itself.
-        """
-        chosen: Any = getattr(integrator, "integrator", integrator)  # the name of the integrator of a ``Mode``
-        if isinstance(chosen, str):
-            known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
-            if chosen not in known:
-                raise unknown_integrator(self, chosen)
-            chosen = known[chosen]
-        else:
-            chosen = PARTS.find("integrator", chosen)
-            self._integrators[chosen.name] = chosen
-        self.active = self._own(chosen)
-        return self
-
-    def _own(self, integrator: Integrator) -> Integrator:
-        """This renderer's copy: an integrator may keep values of one picture, such as a range of depths."""
-        return self._integrators.setdefault(integrator.name, copy.copy(integrator))
-
-    @property
-    def needs_light(self) -> bool:
-        """Whether the integrator in use shows nothing in a scene without light."""
-        return self.active.needs_light
-
-    @property
-    def shows_light(self) -> bool:
-        """Whether the picture is of light, of which its samples may miss some: see ``unseen.unseen_light``."""
-        return self.srgb
-
-    @property
-    def explained(self) -> Integrator:
-        """The integrator whose samples ``explain`` explains."""
-        return self.active
-
-    def controls(self) -> tuple[Control, ...]:
-        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
-        return self.active.controls()
-
-    def values(self) -> dict[str, Any]:
-        """Name → present value of each of ``value_names``, in use or not."""
-        return {name: copy.copy(getattr(self, name)) for name in self.value_names}
-
-    def change(self, name: str, value: Any) -> None:
-        """Change a value of ``controls``, or one of ``value_names``; see ``Integrator.change``."""
-        if name in self.value_names:
-            setattr(self, name, value)
-        else:
-            self.active.change(name, value)
-
-    @property
-    def srgb(self) -> bool:
-        """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
-        return self.active.srgb
-
-    def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
-        """The parts of a sample, for who explains it.
-
-        Every pixel takes every sample: ``shares.range_of`` has the indices of those that it took in the picture.
-        """
-        shares = Shares(self.width, self.height)
-        return SampleParts(scene, integrator, self.make_eye_rays(), self.sampler, shares, self.film)
-
-    def kernel_scene(self) -> SceneInKernels:
-        """The part of the scene that kernels use."""
-        return self.scene_data.in_kernels(compensates=self.active.compensates, microfacets=self.active.microfacets)
-
-    def _missed_light(self) -> float:
-        """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.unseen_light``."""
-        self.film.rare = self.unseen_light.rows()
-        return self.unseen_light.missed_by_technique()
-
-    def notes(self) -> list[str]:
-        """What the user should know about the picture; nothing if a replaced method decides what is shown."""
-        own = {"shade_ray", f"shade_{self.active.name}"} & set(self.replaced)
-        return [] if own else self.active.notes()
-
-    def receipt(self) -> list[str]:
-        """One line per effect: what is simulated, and why."""
-        lines = self.scene_data.receipt(self.active.microfacets)
-        if self.active.compensates and self.kernel_scene().compensates:
-            lines.append(COMPENSATED)
-        lines += self.own_shares.receipt()
-        if self.replaced:
-            lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
-        return lines
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"
-
-
-# ── samples ──
+    from typing_extensions import Self
 
 
 @ti.data_oriented

@@ -13,7 +13,8 @@ from taichi_tracer.integrators import modes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.picture.postprocessed import PostprocessedMixin
-from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer_parts import IntegratorChoice
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import compile_time, inside_kernel

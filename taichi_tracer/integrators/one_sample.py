@@ -10,8 +10,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.integrators.base import Control, LiveNumbers, Slider
-from taichi_tracer.integrators.direct_light import DirectLight
-from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.integrators.direct_light import DirectLight, light_along, sample_of_lights
 from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register

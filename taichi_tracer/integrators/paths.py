@@ -17,7 +17,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.integrators.base import Control, Integrator
-from taichi_tracer.integrators.next_event import sample_of_lights
+from taichi_tracer.integrators.direct_light import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.parts import overridable, register
 

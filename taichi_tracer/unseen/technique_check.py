@@ -30,7 +30,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.integrators.direct_light import light_along, sample_of_lights
 from taichi_tracer.system.parts import unfinished
 from taichi_tracer.unseen.mirror_chains import has_narrow_lobes
 from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected

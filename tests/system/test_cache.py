@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import taichi_tracer
-from taichi_tracer.system import cache
+from taichi_tracer.system import runtime as cache
 
 PROGRAM = """
 import taichi_tracer as tt

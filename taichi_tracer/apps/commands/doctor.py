@@ -11,7 +11,7 @@ import taichi_tracer
 from taichi_tracer.apps import display
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.system import runtime
-from taichi_tracer.system.cache import cache_folder, wanted_folder
+from taichi_tracer.system.runtime import cache_folder, wanted_folder
 
 PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator", "mapbox-earcut")
 # Modules that the package does not depend on: module → (what it is for, the extra that installs it)

@@ -4,25 +4,34 @@ While Python reads a kernel, the first ``field[i]`` of each ``memory.ArrayField`
 external array, as ``ti.types.ndarray`` has it, without a name in the source. Its index is computed from the indices and
 the counts of the axes: those that the data decide are arguments, too. At each launch, the arguments are set to where
 the fields are then.
+
+``Program.create_kernel`` lets Python read a kernel. ``Program.compile_kernel`` translates it, or finds and loads what
+was translated before; Taichi asks it at each launch.
 """
 
+import ast
 import functools
 import math
+import re
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 import taichi as ti
 from taichi._lib import core
 from taichi.lang import impl, matrix
+from taichi.lang.ast import ast_transformer
 from taichi.lang.exception import TaichiIndexError
 from taichi.lang.expr import Expr, make_expr_group
 from taichi.lang.struct import StructField, _IntermediateStruct
 
-from taichi_tracer.system import memory
-from taichi_tracer.system.errors import StaleSceneError
+from taichi_tracer.system import compiling, memory
+from taichi_tracer.system.compile_time import one_at_a_time
+from taichi_tracer.system.errors import CannotCompileError, StaleSceneError
+from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
 
 FIELDS = (memory.ScalarArray, memory.MatrixArray)
 AXES = 1  # of each argument: the index is computed here
@@ -291,3 +300,87 @@ def loading(usual: Callable) -> Callable:
 def holds_varying(value: Any) -> bool:
     """Whether a tuple, or one in it, has a varying number."""
     return any(type(one) in memory.VARYING or (type(one) is tuple and holds_varying(one)) for one in value)
+
+
+# ── loops over fields, whose lengths are arguments ──
+
+
+def looping(usual: Callable) -> Callable:
+    """``ASTTransformer.build_struct_for``: a loop over an ``memory.ArrayField`` is one over ``ti.ndrange(*shape)``."""
+
+    @functools.wraps(usual)
+    def build(context: Any, node: Any, is_grouped: bool) -> None:
+        over = ast_transformer.build_stmt(context, node.iter) if is_grouped else node.iter.ptr
+        argument = argument_for(over)
+        if argument is None:
+            return usual(context, node, is_grouped)
+        indices = ast.Constant(ti.ndrange(*(argument.count(axis) for axis in range(len(argument.of.constant)))))
+        ast.copy_location(indices, node.iter)
+        if is_grouped:
+            node.iter.args = [indices]
+            return ast_transformer.ASTTransformer.build_grouped_ndrange_for(context, node)
+        node.iter = indices
+        return ast_transformer.ASTTransformer.build_ndrange_for(context, node)
+
+    return build
+
+
+# ── the reading, the translating and the launch of a kernel ──
+
+
+_NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
+
+
+def launching(call: Callable) -> Callable:
+    """``Kernel.__call__``, one after the other; it reads a kernel again whose objects have other fields by now."""
+
+    @one_at_a_time
+    @functools.wraps(call)
+    def called(self: Any, *arguments: Any, **named: Any) -> Any:
+        try:
+            return call(self, *arguments, **named)
+        except StaleSceneError:
+            launches = {key: LAUNCHES.get(kernel) for key, kernel in self.compiled_kernels.items()}
+            dead = [key for key, launch in launches.items() if launch is not None and not launch.is_alive()]
+            if not dead:
+                raise
+            for key in dead:
+                del self.compiled_kernels[key]
+            return call(self, *arguments, **named)
+
+    return called
+
+
+def counting_reading(create: Callable) -> Callable:
+    """``Program.create_kernel``, which reports each kernel to ``compiling``."""
+
+    @functools.wraps(create)
+    def created(program: Any, build: Any, name: str, *words: Any) -> Any:
+        start = perf_counter()
+        with stage(KERNELS_READ):
+            made = create(program, build, name, *words)
+        compiling.note_reading(made, _NUMBERS.sub("", name), start, perf_counter() - start)
+        return made
+
+    return created
+
+
+def counting_translating(compile_it: Callable) -> Callable:
+    """``Program.compile_kernel``, which reports each kernel to ``compiling``.
+
+    What a GPU's backend cannot compile gives a message of one line, with what works instead.
+    """
+
+    @functools.wraps(compile_it)
+    def compiled(*words: Any) -> Any:
+        try:
+            with stage(KERNELS_MADE), compiling.translating(words[-1]):
+                return compile_it(*words)
+        except RuntimeError as error:
+            arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program
+            if arch in (None, ti.x64, ti.arm64):
+                raise
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            raise CannotCompileError(f"{arch.name} cannot compile a kernel ({lines[0]})") from error
+
+    return compiled

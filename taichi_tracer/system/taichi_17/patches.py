@@ -63,10 +63,10 @@ PATCHES = (
         {
             "taichi._lib:core.Program.create_kernel": "arguments:reading",
             "taichi._lib:core.Kernel.make_launch_context": "arguments:setting",
-            "taichi.lang.kernel_impl:Kernel.__call__": "kernels:launching",
+            "taichi.lang.kernel_impl:Kernel.__call__": "arguments:launching",
             "taichi.lang.impl:subscript": "arguments:subscripting",
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": "arguments:loading",
-            "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": "loops:looping",
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": "arguments:looping",
         },
         then="arguments:use",
     ),
@@ -74,8 +74,8 @@ PATCHES = (
         "counters",
         "no time: it counts the kernels and their seconds, for messages, profiles and studies",
         {
-            "taichi._lib:core.Program.create_kernel": "kernels:counting_reading",
-            "taichi._lib:core.Program.compile_kernel": "kernels:counting_translating",
+            "taichi._lib:core.Program.create_kernel": "arguments:counting_reading",
+            "taichi._lib:core.Program.compile_kernel": "arguments:counting_translating",
         },
     ),
     Patch(

@@ -12,7 +12,7 @@ import taichi.math as tm
 from support import needs_arrays, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import cache, memory
+from taichi_tracer.system import memory, runtime
 
 ROWS, COLUMNS = 5, 3
 
@@ -222,7 +222,7 @@ def test_one_kernel_serves_every_size(tmp_path):
     """In one process and across processes: Taichi keeps nothing new for another size."""
     place, program = tmp_path / "kernels", tmp_path / "program.py"
     program.write_text(PROGRAM)  # a kernel is read from its file
-    environment = {**os.environ, cache.VARIABLE: str(place), "PYTHONPATH": str(Path(tt.__file__).parents[1])}
+    environment = {**os.environ, runtime.VARIABLE: str(place), "PYTHONPATH": str(Path(tt.__file__).parents[1])}
     kept = []
     for sizes in (["4x3x5"], ["7x9x600"], ["1x1x1", "30x20x3", "4x3x5"]):
         done = subprocess.run([sys.executable, program, *sizes], env=environment, capture_output=True, text=True)

@@ -7,7 +7,7 @@ import taichi as ti
 
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.taichi_17 import kernels
+from taichi_tracer.system.taichi_17 import arguments as kernels
 
 
 @pytest.fixture(autouse=True)
