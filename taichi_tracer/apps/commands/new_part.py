@@ -66,7 +66,7 @@ def check_name(kind: str, name: str) -> None:
 
 def text_of(kind: str, name: str) -> str:
     """The text of a part."""
-    text = (FOLDER / f"{kind}.txt").read_text(encoding="utf-8")
+    text = (FOLDER / f"{kind}.py").read_text(encoding="utf-8")
     words = "".join(word.capitalize() for word in name.split("_"))
     label = name.replace("_", " ").capitalize()
     return text.replace('"Mine"', f'"{label}"').replace('"mine"', f'"{name}"').replace("Mine", words or "Mine")

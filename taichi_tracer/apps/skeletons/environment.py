@@ -9,7 +9,7 @@ HEIGHT = 256  # of the image, in texels
 
 @tt.register
 class Mine(tt.Environment):
-    """A sky that is bright at the horizon, with a sun. It is an image, so that its bright places are sampled more often.
+    """A sky that is bright at the horizon, with a sun: an image, so that its bright places are sampled more often.
 
     The rows of the image are latitudes, from +y down to −y; its columns go round +y. Values are radiance, linear RGB.
     """
