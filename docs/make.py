@@ -90,7 +90,7 @@ def leaks(triangle_test: str) -> Callable[[Path], None]:
 
     def make(path: Path) -> None:
         from taichi_tracer.files.images import save_image
-        from taichi_tracer.studies.hard.modes import RayMode
+        from taichi_tracer.studies.hard.case import RayMode
         from taichi_tracer.system import runtime
 
         runtime.init("cpu", force=True)
@@ -108,7 +108,7 @@ def leak_map(mode, size: int = 320) -> np.ndarray:
     there: a regular ray would meet an edge once in millions.
     """
     from taichi_tracer.studies.hard.case import SharedScene, as_f32
-    from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
+    from taichi_tracer.studies.hard.triangle_cases import ClosedSphere
 
     centre, radius = np.array([100.0, -33.0, 14.0]), 4.0
     stage = SharedScene("leak map", [ClosedSphere("leak map", "leak map", radius, centre, 64, 33)])

@@ -74,7 +74,7 @@ _HOME_OF = {
     "MapRenderer": "explain.maps",
     "LampChoice": "lights.choice",
     "RT3Renderer": "rt3.renderer",
-    "Picture": "files.picture",
+    "Picture": "files.images",
     "save_image": "files.images",
     "read_image": "files.images",
     "show": "apps.page.widget",

@@ -12,9 +12,9 @@ from taichi_tracer.camera import Camera as Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera as OrthographicCamera
 from taichi_tracer.environment import Environment as Environment
 from taichi_tracer.explain.maps import MapRenderer as MapRenderer
+from taichi_tracer.files.images import Picture as Picture
 from taichi_tracer.files.images import read_image as read_image
 from taichi_tracer.files.images import save_image as save_image
-from taichi_tracer.files.picture import Picture as Picture
 from taichi_tracer.formulas.triangles import TriangleTest as TriangleTest
 from taichi_tracer.geometry import Geometry as Geometry
 from taichi_tracer.geometry import Mesh as Mesh

@@ -10,7 +10,7 @@ import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
 
-from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import element, inside_kernel

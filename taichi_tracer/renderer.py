@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
-from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.images import Picture
 from taichi_tracer.integrators import modes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT

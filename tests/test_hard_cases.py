@@ -10,11 +10,18 @@ from support import start
 from taichi_tracer.apps import cli
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import as_f32, box, edges_of, normals_of, sphere
-from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
-from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
-from taichi_tracer.studies.hard.modes import COUNTS, Promise, RayMode, promise_of
-from taichi_tracer.studies.hard.single_triangles import UnitTriangles
+from taichi_tracer.studies.hard.case import (
+    COUNTS,
+    Promise,
+    RayMode,
+    as_f32,
+    box,
+    edges_of,
+    normals_of,
+    promise_of,
+    sphere,
+)
+from taichi_tracer.studies.hard.triangle_cases import AxisParallel, ClosedSphere, Lattice, UnitTriangles, Windows
 
 
 @pytest.fixture(autouse=True, scope="module")

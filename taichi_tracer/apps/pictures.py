@@ -21,7 +21,7 @@ from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camer
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, check_intensity, load_environment
 from taichi_tracer.explain.maps import find_measured
-from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.integrators import one_sample, path_settings
 from taichi_tracer.integrators.base import Integrator

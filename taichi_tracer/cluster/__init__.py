@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from taichi_tracer.cluster.clusters import Cluster
-    from taichi_tracer.files.picture import Picture
+    from taichi_tracer.files.images import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
     from taichi_tracer.settings import RenderSettings
 

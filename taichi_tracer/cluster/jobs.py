@@ -17,8 +17,7 @@ from typing import Any
 
 import taichi_tracer
 from taichi_tracer import settings as groups
-from taichi_tracer.files.disk import make_folder, read_bytes, replace_file
-from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.files.disk import make_folder, read_bytes, replace_file, shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
 from taichi_tracer.settings import NO_NAME, OPTIONS, RenderSettings
 from taichi_tracer.system import runtime

@@ -9,7 +9,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.images import Picture
 from taichi_tracer.integrators.base import Control, Integrator, NameControl
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths

@@ -1,4 +1,7 @@
-"""Reading and writing of whole files, with clear errors; a file is replaced only by a complete new file."""
+"""Reading and writing of whole files, with clear errors; a file is replaced only by a complete new file.
+
+Also: where the scenes and environments are that come with the package.
+"""
 
 import contextlib
 import os
@@ -87,3 +90,18 @@ def make_folder(folder: str | Path, why: str) -> None:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None
+
+
+# ── the scenes and environments that come with the package ──
+
+
+def scene_data_dir() -> Path:
+    """The folder of shipped scenes: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).parent.parent
+    inside = package / "scene_data_dir"
+    return inside if inside.is_dir() else package.parent / "scene_data_dir"
+
+
+def shipped_environments() -> dict[str, Path]:
+    """Name → file of every shipped environment."""
+    return {p.stem: p for p in sorted((scene_data_dir() / "environments").glob("*.npy"))}

@@ -18,8 +18,6 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
-from taichi_tracer.files.picture import Picture
-from taichi_tracer.files.srgb import PLAIN, linear_from_srgb, to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import PLAIN_TONE, Display
@@ -32,6 +30,40 @@ LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
 # The keyword of a PNG's text, and the beginning of a JPEG's comment, that say how the values were changed.
 DISPLAY_KEY = "Display"
 LONGEST_REASON = 200  # characters of a library's own message that are shown
+
+
+# ── bytes: the sRGB transfer function, and 255 steps (C-14) ──
+
+
+PLAIN = Display()
+
+
+def to_bytes(image: np.ndarray, srgb: bool = False, display: Display = PLAIN) -> np.ndarray:
+    """(h, w, 3) uint8: values are clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
+
+    Args:
+        image: (h, w, 3) float, linear.
+        srgb: whether to apply the sRGB transfer function first. It is meant for radiance; data such as normals is
+            written unchanged (C-14).
+        display: exposure and tone curve, which come first.
+    """
+    values = display.shown(image)
+    if srgb:
+        values = srgb_from_linear(values)
+    return np.floor(values * 255 + 0.5).astype(np.uint8)
+
+
+def srgb_from_linear(values: np.ndarray) -> np.ndarray:
+    """The sRGB transfer function (IEC 61966-2-1) of values in [0, 1]."""
+    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+def linear_from_srgb(values: np.ndarray) -> np.ndarray:
+    """The inverse of ``srgb_from_linear``."""
+    return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
+
+
+# ── writing ──
 
 
 def encode_png(image: np.ndarray, srgb: bool | None = None, display: Display = PLAIN) -> bytes:
@@ -413,3 +445,89 @@ DECODERS: dict[str, Callable[[Path, bytes], np.ndarray]] = {
     ".pfm": _decode_pfm,
     ".npy": _decode_npy,
 }
+
+
+# ── a picture that knows whether its numbers are light ──
+
+
+# Operations whose result has the meaning of their arguments. A picture times two is a brighter picture. A picture to
+# the power of 1/2.2 is something else: somebody encoded it by hand, and it must not be encoded once more.
+KEEP_MEANING: tuple[str, ...] = (
+    "add",
+    "subtract",
+    "multiply",
+    "divide",
+    "negative",
+    "positive",
+    "absolute",
+    "minimum",
+    "maximum",
+)
+KEEP_MEANING += ("fmin", "fmax", "clip")
+JOIN = (np.concatenate, np.where, np.pad)
+SMALLEST = 16  # pixels on a side of what a notebook shows as a picture
+
+
+class Picture(np.ndarray):
+    """A numpy array, usually (height, width, 3), that knows which values it has; ``renderer.image()`` returns one.
+
+    It can be used like every other array, and a notebook shows it as a picture. Slices, copies, sums, means and
+    multiples of a picture know the same as the picture. The result of any other operation is a plain array, because
+    nobody has said what its values mean.
+
+    Args:
+        values: the numbers.
+        srgb: True if the values are radiance or colour, which are linear: files of 8 bits then get the sRGB transfer
+            function. False if they are data such as normals, which are written unchanged (C-14).
+
+    Attributes:
+        srgb: as above; None if nobody has said it. Then it is written like a plain array.
+    """
+
+    srgb: bool | None = None
+
+    def __new__(cls, values, srgb: bool | None = None) -> "Picture":
+        """An array that shares its memory with ``values``, if ``values`` is an array."""
+        picture = np.asarray(values).view(cls)
+        picture.srgb = srgb
+        return picture
+
+    def __array_finalize__(self, origin) -> None:
+        self.srgb = getattr(origin, "srgb", None)
+
+    def __array_ufunc__(self, operation, method, *arguments, out=(), **options):
+        options |= {"out": tuple(as_array(array) for array in out)} if out else {}
+        result = getattr(operation, method)(*(as_array(argument) for argument in arguments), **options)
+        srgb = common_srgb(arguments) if operation.__name__ in KEEP_MEANING else None
+        if out:
+            for array in out:
+                if isinstance(array, Picture):
+                    array.srgb = srgb
+            return out[0] if len(out) == 1 else out
+        return result if srgb is None or not isinstance(result, np.ndarray) else Picture(result, srgb)
+
+    def __array_function__(self, function, types, arguments, options):
+        result = super().__array_function__(function, types, arguments, options)
+        if function in JOIN and isinstance(result, np.ndarray):
+            return Picture(result, common_srgb(arguments[0] if function is np.concatenate else arguments))
+        return result
+
+    def __reduce__(self):
+        return Picture, (as_array(self), self.srgb)
+
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows; a few pixels are shown as numbers."""
+        if self.ndim != 3 or self.shape[2] != 3 or min(self.shape[:2]) < SMALLEST:
+            return None
+        return encode_png(self)
+
+
+def as_array(value):
+    """The same numbers as a plain array, if ``value`` is a picture; anything else as it is."""
+    return value.view(np.ndarray) if isinstance(value, Picture) else value
+
+
+def common_srgb(values) -> bool | None:
+    """What all pictures among the values say of themselves; None if they do not agree."""
+    said = {value.srgb for value in values if isinstance(value, Picture)}
+    return said.pop() if len(said) == 1 else None

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.readers.gltf import read_gltf
 from taichi_tracer.files.readers.ply import read_ply
-from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.instances import FEW_COPIES, Instances, group
 from taichi_tracer.materials import Material

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.images import Picture
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.system.errors import InputError
 

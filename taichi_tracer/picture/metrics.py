@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from taichi_tracer.files.srgb import srgb_from_linear
+from taichi_tracer.files.images import srgb_from_linear
 from taichi_tracer.picture.film import Film
 from taichi_tracer.system.errors import InputError
 

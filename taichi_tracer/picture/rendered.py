@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from taichi_tracer.files.images import check_writable, encode_png, save_image
-from taichi_tracer.files.picture import Picture
+from taichi_tracer.files.images import Picture, check_writable, encode_png, save_image
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import Aov, albedo_uv_of, as_channels, channel_names, find_aovs

@@ -12,8 +12,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from taichi_tracer.files import drawing, page
-from taichi_tracer.files.drawing import COLOURS, FONT, GRID, INK
+from taichi_tracer.files import page
+from taichi_tracer.files.page import COLOURS, FONT, GRID, INK
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
@@ -211,7 +211,7 @@ def draw(study: Study, shape: str = "broad"):
     from matplotlib.figure import Figure
 
     width, height, left, right, most_ticks = SHAPES[shape]
-    figure = Figure(figsize=(width, height), facecolor="none" if shape == "narrow" else drawing.PAPER)
+    figure = Figure(figsize=(width, height), facecolor="none" if shape == "narrow" else page.PAPER)
     axes = figure.add_axes((left, 0.13, right - left, 0.79))
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -233,9 +233,9 @@ def draw(study: Study, shape: str = "broad"):
     axes.plot(guide, 0.8 * y1 * (guide / x0) ** -0.5, color=INK, linestyle=":", linewidth=1.2)
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
-    drawing.set_ticks(axes.xaxis, x0, x1, most_ticks, drawing.seconds_in_words)
-    drawing.set_ticks(axes.yaxis, y0, y1, 12, lambda v: f"{v:,.10g} %")
-    drawing.dress(axes, "seconds of rendering, after compiling")
+    page.set_ticks(axes.xaxis, x0, x1, most_ticks, page.seconds_in_words)
+    page.set_ticks(axes.yaxis, y0, y1, 12, lambda v: f"{v:,.10g} %")
+    page.dress(axes, "seconds of rendering, after compiling")
     axes.set_title("relative RMSE of all pixels", loc="left", fontsize=FONT, color=INK)
     label_ends(axes, sorted(ends, key=lambda end: end[1]), 18 if shape == "narrow" else 40)
     return figure
@@ -246,7 +246,7 @@ def label_ends(axes, ends: list, letters: int) -> None:
     y0, y1 = (math.log(y) for y in axes.get_ylim())
     wanted = [(math.log(end[1]) - y0) / (y1 - y0) for end in ends]
     gap = LABEL_GAP * (2 if letters < 20 else 1)
-    for (x, y, text, colour), place in zip(ends, drawing.spread(wanted, gap), strict=True):
+    for (x, y, text, colour), place in zip(ends, page.spread(wanted, gap), strict=True):
         axes.annotate(
             textwrap.fill(text, letters),
             (x, y),
@@ -266,7 +266,7 @@ def label_ends(axes, ends: list, letters: int) -> None:
 def as_html(study: Study) -> str:
     """The whole page."""
     first, *more = headline(study)
-    chart = "".join(f"<div class='{shape}'>{drawing.svg_of(draw(study, shape), shape)}</div>" for shape in SHAPES)
+    chart = "".join(f"<div class='{shape}'>{page.svg_of(draw(study, shape), shape)}</div>" for shape in SHAPES)
     parts = [page.paragraph(first, "first"), *(page.paragraph(text) for text in more), chart]
     parts += [
         page.paragraph(
@@ -320,5 +320,5 @@ def pictures(study: Study) -> str:
 
 def contents(study: Study) -> dict[str, bytes]:
     """Name → content of ``FILES``."""
-    made = (as_html(study).encode(), as_csv(study).encode(), drawing.png_of(draw(study)))
+    made = (as_html(study).encode(), as_csv(study).encode(), page.png_of(draw(study)))
     return dict(zip(FILES, made, strict=True))

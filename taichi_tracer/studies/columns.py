@@ -1,6 +1,12 @@
-"""Tables for a terminal."""
+"""Tables for a terminal, and the machine on which their numbers were measured."""
 
+import os
+import platform
 from collections.abc import Sequence
+
+import taichi as ti
+
+from taichi_tracer.system import runtime
 
 
 def in_columns(rows: Sequence[dict[str, str]]) -> list[str]:
@@ -10,3 +16,22 @@ def in_columns(rows: Sequence[dict[str, str]]) -> list[str]:
         lines.insert(0, list(rows[0]))
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return ["  ".join(word.ljust(width) for word, width in zip(line, widths, strict=True)).rstrip() for line in lines]
+
+
+# ── the machine ──
+
+
+def machine_facts() -> dict[str, str]:
+    """Versions, backend and processors, by name."""
+    return {
+        "python": platform.python_version(),
+        "taichi": ".".join(str(part) for part in ti.__version__),
+        "system": f"{platform.system()} {platform.machine()}",
+        "backend": runtime.ensure().arch,
+        "processors": str(os.cpu_count()),
+    }
+
+
+def describe_machine() -> str:
+    """The facts in one line."""
+    return ", ".join(f"{name} {value}" for name, value in machine_facts().items())

@@ -1,7 +1,7 @@
 """Do hard cases stay numerically stable, in which mode, and what does that cost in time?
 
 Every triangle test × precision × fast_math × intersector is sent the rays of a catalogue of hard cases, and judged by
-oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.modes.promise_of``); what
+oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.case.promise_of``); what
 a mode does not promise is counted all the same. Registered parts of your own are modes and cases like the others.
 """
 
@@ -10,25 +10,143 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from taichi_tracer.files import page
 from taichi_tracer.formulas.points import box_of
-from taichi_tracer.studies.columns import in_columns
-from taichi_tracer.studies.hard.case import Case, CaseInScene, CaseRays, SharedScene, seconds_of
-from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, renderer_cases
-from taichi_tracer.studies.hard.modes import (
+from taichi_tracer.options import brdfs_of
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.studies.columns import in_columns, machine_facts
+from taichi_tracer.studies.hard import light_cases, view_cases  # noqa: F401 (their cases)
+from taichi_tracer.studies.hard.case import (
     COUNTS,
     DEFAULT,
+    EVERYWHERE,
+    LARGE,
+    QUICK,
     REFERENCE,
+    RENDERER_CASES,
+    USUAL,
+    Case,
+    CaseInScene,
+    CaseRays,
     Promise,
     RayMode,
+    RendererCase,
+    SharedScene,
     all_modes,
     promise_of,
+    seconds_of,
 )
-from taichi_tracer.studies.machine import machine_facts
+from taichi_tracer.studies.hard.light_cases import OF_BRDFS, furnace, own_brdf
+from taichi_tracer.studies.hard.triangle_cases import (
+    AxisParallel,
+    ClosedSphere,
+    Damaged,
+    DirectionLengths,
+    Duplicates,
+    FarOrigins,
+    Grazing,
+    IllegalRays,
+    InThePlane,
+    Lattice,
+    LeavingSurfaces,
+    NestedSpheres,
+    OneCentroid,
+    Slivers,
+    UnitTriangles,
+    Windows,
+)
 from taichi_tracer.system import runtime
+from taichi_tracer.system.parts import PARTS
+
+
+@dataclass(frozen=True)
+class Level:
+    """How much is tried.
+
+    Attributes:
+        rays: of a case, with an accelerator.
+        tests: ray-triangle tests of a scene that brute force may take, from which its number of rays follows.
+        edge_rays: of the long run, at edges only, with accelerators and without fast_math.
+        is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
+        has_plain: whether the plain hierarchy is tried too; building it takes a minute for the largest scene.
+    """
+
+    rays: int
+    tests: int
+    edge_rays: int
+    is_whole: bool = True
+    has_plain: bool = False
+
+    def covers(self, stage: str, mode: RayMode) -> bool:
+        """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
+        if self.is_whole:
+            return True
+        if mode.tries_everything:  # single triangles are asked in the same way by every intersector
+            return stage != "crowd"
+        return stage in ("unit", "sizes") or (stage == "crowd" and mode.precision == "f32" and mode.is_watertight)
+
+
+LEVELS = {
+    "quick": Level(40_000, 6_000_000, 0, is_whole=False),
+    "default": Level(400_000, 60_000_000, 4_000_000),
+    "full": Level(2_000_000, 300_000_000, 100_000_000, has_plain=True),
+}
+
+
+def embree_sphere() -> ClosedSphere:
+    """The sphere of Embree's watertightness test (kernels/verify): 159,200 triangles far away from the origin."""
+    return ClosedSphere(
+        "159,200 triangles at (148376, 1234, -223423)", "crowd", 200.0, (148376, 1234, -223423), 400, 200
+    )
+
+
+def all_cases() -> list[Case]:
+    """A new one of every case."""
+    return [
+        ClosedSphere("closed sphere at 0", "unit", 8.0, (0, 0, 0)),
+        ClosedSphere("closed sphere at 1e2", "unit", 4.0, (100, -33, 14)),
+        ClosedSphere("closed sphere at 1e4", "sizes", 4.0, (1e4, -3333, 1429)),
+        ClosedSphere("closed sphere at 1e6", "sizes", 4.0, (1e6, -333333, 142857)),
+        embree_sphere(),
+        NestedSpheres(),
+        LeavingSurfaces(),
+        Lattice(),
+        AxisParallel(),
+        InThePlane(),
+        UnitTriangles(),
+        Slivers(),
+        Grazing(),
+        FarOrigins(),
+        DirectionLengths(),
+        Windows(),
+        IllegalRays(),
+        Damaged(),
+        Duplicates(),
+        OneCentroid(),
+    ]
+
+
+def renderer_cases(level: str, precision: str) -> list[RendererCase]:
+    """The cases of the rest of the renderer that a level tries in a precision; one for each BRDF of your own.
+
+    The furnace is tried with every estimator of direct light; in the quick level, with one, and in f32 only.
+    """
+    most = {"quick": QUICK if precision == "f32" else EVERYWHERE, "default": USUAL, "full": LARGE}[level]
+    own = [brdf for brdf in brdfs_of(()) if not PARTS.comes_with_package(brdf)]
+    estimators = [e.name for e in A2Renderer.offered() if most >= USUAL or e.name == "brdf"]
+    cases = [case for case in RENDERER_CASES if case.cost <= most]
+    cases += [RendererCase(f"BRDF {brdf.name}: {OF_BRDFS}", partial(own_brdf, brdf)) for brdf in own]
+    if most > EVERYWHERE:
+        cases += [RendererCase(f"furnace: {name}", partial(furnace, name)) for name in estimators]
+    return cases
+
+
+# ── all cases ──
+
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000  # a run of so many takes about 10 ms

@@ -15,7 +15,7 @@ import taichi.math as tm
 
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.environment import Environment
-from taichi_tracer.files.drawing import COLOURS, png_of
+from taichi_tracer.files.page import COLOURS, png_of
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.fonts import font_of
 from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching.handout.stubs import is_stub
 
@@ -73,7 +72,7 @@ def is_shown(method: str, renderer: Any) -> bool:
 @lru_cache(maxsize=4)
 def board(width: int, height: int, names: tuple[str, ...]) -> np.ndarray:
     """(width, height, 3) float32, indexed [x, y] with y up: a checkerboard, with a line for each name."""
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw, ImageFont
 
     side = max(1, min(width, height) // SQUARES)
     x, y = np.meshgrid(np.arange(width) // side, np.arange(height) // side)
@@ -82,7 +81,7 @@ def board(width: int, height: int, names: tuple[str, ...]) -> np.ndarray:
     lines = ["not written yet:", *names]
     fitting = width / max(map(len, lines)) / WIDTH_OF_A_LETTER
     letters = max(SMALLEST_TEXT, round(min(min(width, height) * TEXT_SHARE, fitting)))
-    place = {"font": font_of(letters), "anchor": "mm", "fill": (255, 220, 120)}
+    place = {"font": ImageFont.load_default(letters), "anchor": "mm", "fill": (255, 220, 120)}
     ImageDraw.Draw(image).multiline_text((width / 2, height / 2), "\n".join(lines), **place)
     rows = np.asarray(image, np.float32) / 255
     return np.ascontiguousarray(rows[::-1].swapaxes(0, 1))

@@ -12,7 +12,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.page import session as module
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.files.images import to_bytes
 from taichi_tracer.settings import RenderSettings
 
 SIZE = (32, 24)

@@ -13,7 +13,7 @@ from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.console import as_value
 from taichi_tracer.apps.pictures import request_of
-from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.settings import RenderSettings
 

@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 
-from taichi_tracer.explain.explanation import Explanation, grouped
-from taichi_tracer.explain.terms import Step
+from taichi_tracer.explain.explanation import Explanation, Step, grouped
 
 
 def test_many_alike_are_told_by_their_number_but_hits_are_shown():

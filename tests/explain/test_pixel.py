@@ -7,7 +7,7 @@ import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.explain.recorded import Log
+from taichi_tracer.explain.pixel import Log
 from taichi_tracer.ray import Ray
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError

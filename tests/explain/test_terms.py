@@ -7,7 +7,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.explain.terms import (
+from taichi_tracer.explain.explanation import (
     COS,
     F_R,
     NO_RAY,

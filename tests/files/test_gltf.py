@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from taichi_tracer.files.readers.gltf import FAN, STRIP, Gltf, read_gltf, triangles_of
-from taichi_tracer.files.readers.gltf_materials import LIGHTS
+from taichi_tracer.files.readers.gltf import FAN, LIGHTS, STRIP, Gltf, read_gltf, triangles_of
 
 TURN = [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]  # a quarter about y: −z becomes −x
 

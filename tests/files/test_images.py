@@ -8,13 +8,13 @@ from PIL import Image
 
 from taichi_tracer.files import images
 from taichi_tracer.files.images import (
+    Picture,
     display_in,
     read_image,
     save_image,
+    to_bytes,
     to_rgbe,
 )
-from taichi_tracer.files.picture import Picture
-from taichi_tracer.files.srgb import to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
 

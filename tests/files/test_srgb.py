@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from taichi_tracer.files.srgb import linear_from_srgb, srgb_from_linear, to_bytes
+from taichi_tracer.files.images import linear_from_srgb, srgb_from_linear, to_bytes
 
 
 def test_bytes_are_clipped_rounded_and_never_nan():

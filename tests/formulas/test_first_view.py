@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.files.disk import scene_data_dir
 from taichi_tracer.formulas.first_view import best_view, score
 from taichi_tracer.formulas.view import FROM, view_of_points
 from taichi_tracer.geometry import Mesh

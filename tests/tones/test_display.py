@@ -5,7 +5,7 @@ import pytest
 from oracles import tones
 
 import taichi_tracer as tt
-from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.files.images import to_bytes
 from taichi_tracer.tones.display import Display, fitting_exposure, share_in_the_dark
 
 LIGHT = np.random.default_rng(1).gamma(0.7, 2.0, (9, 7, 3)).astype(np.float32)

@@ -8,8 +8,7 @@ import numpy as np
 from taichi_tracer.apps.console import PICTURE_FOLDER, Parser
 from taichi_tracer.apps.running import written_bytes
 from taichi_tracer.environment import load_environment
-from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.files.disk import check_place, make_folder, shipped_environments
 from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
 from taichi_tracer.settings import ADVICE, add_options
 from taichi_tracer.studies import samples

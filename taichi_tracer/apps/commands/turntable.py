@@ -22,8 +22,7 @@ from taichi_tracer.apps.pictures import Picture, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import save_image
-from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.files.images import save_image, to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, RenderSettings, add_scene
 from taichi_tracer.system.argument_types import at_least_one, number, positive

@@ -19,7 +19,7 @@ import taichi.math as tm
 from PIL import Image
 
 from taichi_tracer.camera_controller import KEYS
-from taichi_tracer.files.srgb import to_bytes
+from taichi_tracer.files.images import to_bytes
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.tones.display import Display

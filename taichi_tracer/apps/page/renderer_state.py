@@ -16,7 +16,7 @@ import numpy as np
 from taichi_tracer.apps.pictures import OF_LIGHT, environment_name, renderers, settings_of
 from taichi_tracer.environment import load_environment
 from taichi_tracer.explain.maps import MapRenderer
-from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.integrators.base import BouncesControl, Integrator, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer

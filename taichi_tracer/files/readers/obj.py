@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.readers.mtl import find_library, read_mtl
 from taichi_tracer.files.readers.text import (
     NEWLINE,
@@ -23,7 +24,6 @@ from taichi_tracer.files.readers.text import (
     number,
     read_text,
 )
-from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import triangulate

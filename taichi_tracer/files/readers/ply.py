@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.images import read_image
+from taichi_tracer.files.images import linear_from_srgb, read_image
 from taichi_tracer.files.readers.text import all_numbers
-from taichi_tracer.files.srgb import linear_from_srgb
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.polygons import triangulate

@@ -12,8 +12,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 import taichi_tracer
-from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.files.disk import check_place, replace_file, scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
 from taichi_tracer.teaching.grading.grade import Mark, to_json

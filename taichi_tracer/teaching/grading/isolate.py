@@ -345,9 +345,9 @@ def python_path() -> list[str]:
 @cache
 def readable() -> tuple[str, ...]:
     """Where Python, the package, its libraries and its scenes are."""
-    from taichi_tracer.files import shipped
+    from taichi_tracer.files.disk import scene_data_dir
 
-    places = {sys.prefix, sys.base_prefix, sys.exec_prefix, str(PACKAGE), str(shipped.scene_data_dir())}
+    places = {sys.prefix, sys.base_prefix, sys.exec_prefix, str(PACKAGE), str(scene_data_dir())}
     places |= {os.path.dirname(os.path.realpath(sys.executable))}
     places |= {p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")}
     return tuple(places | {os.path.realpath(p) for p in places})
