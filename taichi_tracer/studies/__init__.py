@@ -77,18 +77,18 @@ def _measured(start: float, **given: Any) -> Accuracy:
     from taichi_tracer.files.disk import replace_file
     from taichi_tracer.studies import accuracy_report, variants
     from taichi_tracer.studies.study import Measurement
-    from taichi_tracer.studies.variants import Source, lives_here_alone
+    from taichi_tracer.studies.variants import Bench, lives_here_alone
     from taichi_tracer.system import runtime
 
     report, first = given["report"], given["rr_start_bounce"]
     knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
-    source = Source(given["scene"], given["environment"], here=lives_here_alone())
-    if source.here:
+    bench = Bench(given["scene"], given["environment"], given["size"], here=lives_here_alone())
+    if bench.here:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
         knobs |= {name: value for name, value in running.items() if knobs[name] is None}
     plan = variants.plan(3 if first is None else first, **knobs)
-    study = Measurement(source, plan, given["size"], given["budget"], given["seeds"], started=start).run()
+    study = Measurement(bench, plan, given["budget"], given["seeds"], started=start).run()
     if report is not None:
         for name, content in accuracy_report.contents(study).items():
             replace_file(Path(report) / name, content)

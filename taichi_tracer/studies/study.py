@@ -27,7 +27,7 @@ import numpy as np
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.metrics import relative_rmse, shift_of
-from taichi_tracer.studies.variants import SceneFacts, Shot, Source, Variant, Worker, reference_variant
+from taichi_tracer.studies.variants import Bench, SceneFacts, Shot, Variant, Worker, reference_variant
 from taichi_tracer.system.errors import InputError
 
 TARGETS = (0.05, 0.02, 0.01)  # relative RMSE
@@ -130,7 +130,14 @@ class Curve:
         for points in zip(*(reversed(one) for one in self.rounds), strict=False):
             errors = [point.error for point in points if point.error > 0]
             if errors:
-                found.append((statistics.median(p.seconds for p in points), rms(errors), min(errors), max(errors)))
+                found.append(
+                    (
+                        statistics.median(p.seconds for p in points),
+                        math.sqrt(np.square(errors).mean()),
+                        min(errors),
+                        max(errors),
+                    )
+                )
         return found[::-1]
 
     @property
@@ -192,22 +199,13 @@ def change(base: Curve, other: Curve) -> Change:
     return Change(interval(times), interval(errors))
 
 
-def rms(values: Sequence[float]) -> float:
-    """The root of the mean square."""
-    return math.sqrt(statistics.fmean(v * v for v in values))
-
-
 def crossing(points: Sequence[Point], target: float) -> float:
     """Seconds until the error of a picture is no more than the target, and stays so; infinite if it is not reached."""
-    known = [point for point in points if point.error > 0]
-    above = [k for k, point in enumerate(known) if point.error > target]
-    if not known or known[-1].error > target:
+    known = [(math.log(p.error), math.log(p.seconds)) for p in reversed(points) if p.error > 0]
+    if not known or known[0][0] > math.log(target):
         return math.inf
-    if not above:
-        return known[0].seconds
-    before, after = known[above[-1] : above[-1] + 2]
-    share = math.log(before.error / target) / math.log(before.error / after.error)
-    return before.seconds * (after.seconds / before.seconds) ** share
+    errors, seconds = zip(*known, strict=True)
+    return float(np.exp(np.interp(math.log(target), np.maximum.accumulate(errors), seconds)))
 
 
 @dataclass
@@ -299,28 +297,24 @@ class Measurement:
     """A study in progress.
 
     Args:
-        source: the scene. variants: the ways to render it; all others are compared with the first one.
-        size: width and height. budget: seconds of measuring. seeds: rounds, at least.
-        arch: as for ``runtime.init``. parts: files that register parts of the user.
+        bench: the scene. variants: the ways to render it; all others are compared with the first one.
+        budget: seconds of measuring. seeds: rounds, at least.
         started: when the user pressed the key. tell: called with what is done. should_stop: whether the user ends it.
     """
 
     def __init__(
         self,
-        source: Source,
+        bench: Bench,
         variants: Sequence[Variant],
-        size: tuple[int, int],
         budget: float,
         seeds: int,
-        arch: str = "auto",
-        parts: tuple[str, ...] = (),
         started: float | None = None,
         tell: Tell = lambda what, share: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        source.check(variants)
-        self.source, self.variants, self.size, self.budget, self.seeds = source, list(variants), size, budget, seeds
-        self.worker, self.tell, self.should_stop = (source, size, arch, parts), tell, should_stop
+        bench.check(variants)
+        self.bench, self.variants, self.budget, self.seeds = bench, list(variants), budget, seeds
+        self.tell, self.should_stop = tell, should_stop
         self.key_pressed = time.perf_counter() if started is None else started
         self.begun = math.inf
         self.workers: dict[tuple, Worker] = {}
@@ -378,13 +372,13 @@ class Measurement:
         """Start a worker for each way in which Taichi runs; the first one reads the scene."""
         for variant in self.variants:
             if variant.process not in self.workers:
-                self.workers[variant.process] = Worker(*self.worker)
+                self.workers[variant.process] = Worker(self.bench)
         base = self.variants[0]
         first = self.workers[base.process]
         self.result(first.ready, "starting")
         seconds = time.perf_counter() - self.key_pressed
         facts = self.result(first.ask("facts", base), "reading the scene")
-        study = Study(facts, self.size, self.budget, start_seconds=seconds)
+        study = Study(facts, self.bench.size, self.budget, start_seconds=seconds)
         if len({v.lamp_choice for v in self.variants}) > 1 and facts.lamps == 0:
             raise InputError("accuracy: the scene has no surface with Ke > 0, so that no lamp is chosen")
         if not facts.has_environment and len({v.lookup for v in self.variants}) > 1:
@@ -429,9 +423,8 @@ class Measurement:
                 count = max(FIRST_SAMPLES, int(min(CHUNK, end - self.elapsed) / per_sample))
                 shot = self.render(variant, count, None, "the reference")
             if math.isnan(shot.error):
-                scene = self.source.scene
                 raise InputError(
-                    f"accuracy: no light of {scene} reaches the camera, so that there is no error to measure"
+                    f"accuracy: no light of {self.bench.scene} reaches the camera, so that there is no error to measure"
                 )
             study.references[lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
 

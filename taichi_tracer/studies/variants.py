@@ -9,10 +9,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from multiprocessing import active_children, get_context
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -111,11 +109,12 @@ class Variant:
     @property
     def paths(self) -> dict:
         """The arguments of ``PathSettings.set``."""
-        values = {"max_bounces": self.max_bounces, "rr_start_bounce": self.rr_start_bounce}
-        if self.roulette in (NO_ROULETTE, BY_THROUGHPUT):
-            named = COURSE if self.roulette == NO_ROULETTE else BY_THROUGHPUT
-            return values | {"roulette": named, "rr_termination_probability": 0.0}
-        return values | {"roulette": COURSE, "rr_termination_probability": self.roulette}
+        return {
+            "max_bounces": self.max_bounces,
+            "rr_start_bounce": self.rr_start_bounce,
+            "roulette": BY_THROUGHPUT if self.roulette == BY_THROUGHPUT else COURSE,
+            "rr_termination_probability": 0.0 if isinstance(self.roulette, str) else self.roulette,
+        }
 
 
 PATHS = ("path", "explicit", "implicit")
@@ -141,15 +140,15 @@ ALL = ("all",)  # estimators: of direct light, or of paths where they are asked 
 
 def known(knob: str) -> tuple[str, ...]:
     """The names that an argument of ``plan`` can hold, those of registered parts among them."""
-    kinds = {"samplers": "sampler", "triangle_tests": "triangle test", "intersectors": "intersector"}
-    kinds |= {"lamp_choices": "lamp choice"}
-    if knob in kinds:
-        return tuple(PARTS.names(kinds[knob]))
     if knob == "estimators":
         return tuple(PARTS.last_of("renderer", A2Renderer).names() + A4Renderer.names())
-    if knob == "roulettes":
-        return NO_ROULETTE, BY_THROUGHPUT
-    return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS}[knob]
+    fixed = {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS, "roulettes": (NO_ROULETTE, BY_THROUGHPUT)}
+    return fixed[knob] if knob in fixed else tuple(PARTS.names(kind_of(knob)))
+
+
+def kind_of(knob: str) -> str:
+    """What one value of an argument of ``plan`` is called; that of a part is its kind."""
+    return knob.removesuffix("s").replace("_", " ")
 
 
 def plan(rr_start_bounce: int = 3, **knobs: Sequence | None) -> list[Variant]:
@@ -203,7 +202,7 @@ def check(chosen: dict[str, tuple], rr_start_bounce: int, of_paths: list[str]) -
     for knob in NAMED:
         for name in (name for name in chosen[knob] if name is not None):
             if name not in known(knob):
-                raise one_of(knob.removesuffix("s").replace("_", " "), name, known(knob))
+                raise one_of(kind_of(knob), name, known(knob))
     paths = [name for name in chosen["estimators"] if is_path(name)]
     direct = [name for name in chosen["estimators"] if name not in paths]
     if paths and direct:
@@ -256,102 +255,15 @@ class SceneFacts(NamedTuple):
     read_seconds: float
 
 
-class Source:
-    """Where a study's scenes come from: a name or a path, read again for every setting, or a scene that is there.
-
-    Args:
-        scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
-            since both would start Taichi anew and end it.
-        environment: what lights it, or "none"; None takes the scene's own light, or ``LIGHT`` if it has none.
-        of_scene: further options of ``load_scene_data``, for a scene that is given by name.
-        view_of: the parameters of the camera, from those of the scene; None leaves them.
-        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
-            there always is.
-        options: of the environment: intensity, rotation.
-    """
-
-    def __init__(
-        self,
-        scene,
-        environment=None,
-        of_scene: Mapping[str, Any] = MappingProxyType({}),
-        view_of: Callable[[dict], dict] | None = None,
-        here: bool = False,
-        **options,
-    ) -> None:
-        self.here = here or isinstance(scene, SceneData)
-        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
-            environment, options = unpacked(environment, options)
-        self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
-        self.of_scene = dict(of_scene)
-
-    @property
-    def is_loaded(self) -> bool:
-        """Whether the scene is the caller's."""
-        return isinstance(self.scene, SceneData)
-
-    def title(self, scene: SceneData) -> str:
-        """What is rendered, for titles: the scene and its light."""
-        name = Path(scene.source).stem if self.is_loaded else Path(str(self.scene)).stem
-        lamps = "lit by its lamps" if scene.lamps.count > 0 else ""
-        sky = "" if scene.environment is None else f"under {scene.environment.name}"
-        return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
-
-    def check(self, variants: Sequence[Variant]) -> None:
-        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
-        settings = runtime.ensure() if self.here else None
-        if self.here and any((v.precision, v.fast_math) != (settings.precision, settings.fast_math) for v in variants):
-            raise InputError(
-                "accuracy: precision and fast math cannot change for a loaded scene, nor for parts that only this "
-                "process has: give the name or path of the scene, and parts by --parts"
-            )
-
-    def start(self, variant: Variant, arch: str = "auto") -> None:
-        """Bring Taichi into the precision of a variant."""
-        if not self.here:
-            runtime.init(arch, variant.precision, variant.fast_math, force=True)
-
-    def load(self, variant: Variant) -> SceneData:
-        """The scene as a variant wants it, in the running precision.
-
-        Raises:
-            InputError: it has no light.
-        """
-        names = "triangle_test", "intersector", "lamp_choice"
-        parts = {name: getattr(variant, name) for name in names if getattr(variant, name) is not None}
-        load = partial(again, **parts) if self.is_loaded else partial(load_scene_data, **parts, **self.of_scene)
-        scene = load(self.scene)
-        light = scene.environment if self.environment is None else self.environment
-        if light is None and scene.effects.is_dark:
-            light = LIGHT
-        options = self.options
-        if isinstance(light, Environment):
-            light, options = unpacked(light, options)
-        is_none = light is None or (isinstance(light, str) and light == NO_LIGHT)
-        scene.set_environment(None if is_none else load_environment(light, lookup=variant.lookup, **options))
-        if scene.effects.is_dark:
-            raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
-        if self.view_of is not None:
-            scene.view = self.view_of(scene.view)
-        return scene
-
-
 def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]:
     """The pixels of an environment, and its options, unless others are given."""
     own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
     return environment.pixels, own | options
 
 
-def lives_here_alone(parts: Sequence[str] = ()) -> bool:
-    """Whether this process has parts of its user that another process would not find.
-
-    Args:
-        parts: files that another process would load.
-    """
-    files = {str(Path(path).expanduser().resolve()) for path in parts}
-    known = [part for path in files for part in PARTS.registered_by(path)]
-    own = [part for part in PARTS.everything() if not PARTS.comes_with_package(part)]
-    return any(not any(part is other for other in known) for part in own) or (bool(assigned()) and not files)
+def lives_here_alone() -> bool:
+    """Whether this process has parts, or methods in place of the package's, that another process would not find."""
+    return bool(assigned()) or not all(map(PARTS.comes_with_package, PARTS.everything()))
 
 
 # ── rendering ──
@@ -373,18 +285,48 @@ class Shot(NamedTuple):
 
 
 class Bench:
-    """Renders the variants of one precision. The first call starts Taichi.
+    """Reads a scene for every variant, and renders it. Every process of a study has a copy of its own.
 
     Args:
-        source: where the scenes come from. size: width and height. parts: files that register parts of the user.
+        scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
+            since both would start Taichi anew and end it.
+        environment: what lights it, or "none"; None takes the scene's own light, or ``LIGHT`` if it has none.
+        size: width and height. arch: as for ``runtime.init``. parts: files that register parts of the user.
+        of_scene: further options of ``load_scene_data``, for a scene that is given by name.
+        view_of: the parameters of the camera, from those of the scene; None leaves them.
+        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
+            there always is.
+        options: of the environment: intensity, rotation.
     """
 
-    def __init__(self, source: Source, size: tuple[int, int], arch: str = "auto", parts: tuple[str, ...] = ()) -> None:
-        for path in parts:
-            load_parts(path)
-        self.source, self.size, self.arch = source, size, arch
+    def __init__(
+        self,
+        scene,
+        environment=None,
+        size: tuple[int, int] = (128, 128),
+        arch: str = "auto",
+        parts: tuple[str, ...] = (),
+        of_scene: Mapping[str, Any] | None = None,
+        view_of: Callable[[dict], dict] | None = None,
+        here: bool = False,
+        **options,
+    ) -> None:
+        self.here = here or isinstance(scene, SceneData)
+        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
+            environment, options = unpacked(environment, options)
+        self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
+        self.size, self.arch, self.parts, self.of_scene = size, arch, parts, of_scene or {}
         self.scenes: dict[tuple, SceneData] = {}
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
+
+    def check(self, variants: Sequence[Variant]) -> None:
+        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
+        settings = runtime.ensure() if self.here else None
+        if self.here and any((v.precision, v.fast_math) != (settings.precision, settings.fast_math) for v in variants):
+            raise InputError(
+                "accuracy: precision and fast math cannot change for a loaded scene, nor for parts that only this "
+                "process has: give the name or path of the scene, and parts by --parts"
+            )
 
     def facts(self, variant: Variant) -> SceneFacts:
         """Read the scene of a variant, and describe it.
@@ -397,18 +339,49 @@ class Bench:
         scene = self.scene_of(variant)
         seconds = time.perf_counter() - start
         has_environment = scene.environment is not None
-        return SceneFacts(self.source.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
+        return SceneFacts(self.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
+
+    def title(self, scene: SceneData) -> str:
+        """What is rendered, for titles: the scene and its light."""
+        name = Path(str(getattr(self.scene, "source", self.scene))).stem
+        lamps = "lit by its lamps" if scene.lamps.count > 0 else ""
+        sky = "" if scene.environment is None else f"under {scene.environment.name}"
+        return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
 
     def start(self, variant: Variant) -> None:
         """Start Taichi in the precision of a variant, once."""
-        if not self.scenes:
-            self.source.start(variant, self.arch)
+        if not self.scenes and not self.here:
+            runtime.init(self.arch, variant.precision, variant.fast_math, force=True)
+
+    def load(self, variant: Variant) -> SceneData:
+        """The scene as a variant wants it, in the running precision.
+
+        Raises:
+            InputError: it has no light.
+        """
+        names = "triangle_test", "intersector", "lamp_choice"
+        parts = {name: getattr(variant, name) for name in names if getattr(variant, name) is not None}
+        is_loaded = isinstance(self.scene, SceneData)
+        scene = again(self.scene, **parts) if is_loaded else load_scene_data(self.scene, **parts, **self.of_scene)
+        light = scene.environment if self.environment is None else self.environment
+        if light is None and scene.effects.is_dark:
+            light = LIGHT
+        options = self.options
+        if isinstance(light, Environment):
+            light, options = unpacked(light, options)
+        is_none = light is None or (isinstance(light, str) and light == NO_LIGHT)
+        scene.set_environment(None if is_none else load_environment(light, lookup=variant.lookup, **options))
+        if scene.effects.is_dark:
+            raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
+        if self.view_of is not None:
+            scene.view = self.view_of(scene.view)
+        return scene
 
     def scene_of(self, variant: Variant) -> SceneData:
         """The scene of a variant, loaded once."""
         self.start(variant)
         if variant.scene not in self.scenes:
-            self.scenes[variant.scene] = self.source.load(variant)
+            self.scenes[variant.scene] = self.load(variant)
         return self.scenes[variant.scene]
 
     def prepare(self, variant: Variant) -> float:
@@ -444,12 +417,14 @@ class Bench:
 _bench: Bench | None = None  # of this process
 
 
-def begin(is_process: bool, *words: Any) -> None:
-    """Make the bench of this process. A process leaves Ctrl-C to its parent, which then writes what is done."""
+def begin(is_process: bool, bench: Bench) -> None:
+    """Make this the bench of this process. A process leaves Ctrl-C to its parent, which then writes what is done."""
     global _bench
     if is_process:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _bench = Bench(*words)
+    for path in bench.parts:
+        load_parts(path)
+    _bench = bench
 
 
 def answer(method: str, words: tuple[Any, ...]) -> Any:
@@ -458,19 +433,15 @@ def answer(method: str, words: tuple[Any, ...]) -> Any:
 
 
 class Worker:
-    """A ``Bench`` in a process of its own, or in a thread, for scenes and parts that no other process has.
+    """A ``Bench`` in a process of its own, or in a thread, for scenes and parts that no other process has."""
 
-    Args:
-        words: the arguments of ``Bench``.
-    """
-
-    def __init__(self, *words: Any) -> None:
+    def __init__(self, bench: Bench) -> None:
         self.pool: Executor
-        if words[0].here:
-            self.pool = ThreadPoolExecutor(1, initializer=begin, initargs=(False, *words))
+        if bench.here:
+            self.pool = ThreadPoolExecutor(1, initializer=begin, initargs=(False, bench))
             self.ready = self.pool.submit(int)
         else:
-            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (True, *words))
+            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (True, bench))
             main = sys.modules["__main__"]
             known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
             vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more

@@ -30,7 +30,7 @@ from taichi_tracer.settings import (
 from taichi_tracer.studies import accuracy_report, agreement, variants
 from taichi_tracer.studies.agreement import FALSE_ALARMS, Compared, Group
 from taichi_tracer.studies.study import Measurement
-from taichi_tracer.studies.variants import Source
+from taichi_tracer.studies.variants import Bench
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 
@@ -109,16 +109,13 @@ def run(args: Namespace) -> int:
     plan, report = plan_of(args), report_of(args)
     with Interruption() as interruption, study_bar() as bar:
         study = Measurement(
-            source_of(args),
+            bench_of(args),
             plan,
-            args.size,
             args.budget,
             args.seeds,
-            parts=tuple(args.parts),
             started=args.started,
             tell=partial(show, bar),
             should_stop=lambda: interruption.number is not None,
-            **settings_of(args).given("arch"),
         ).run()
         print("\n".join(accuracy_report.as_text(study)))
         if report is not None:
@@ -142,16 +139,18 @@ def settings_of(args: Namespace) -> RenderSettings:
     return RenderSettings.of(Namespace(**vars(args) | compared))
 
 
-def source_of(args: Namespace) -> Source:
-    """Where the scenes of the study come from."""
+def bench_of(args: Namespace) -> Bench:
+    """What renders the scenes of the study."""
     settings, (width, height) = settings_of(args), args.size
     check(settings)
-    return Source(
+    return Bench(
         args.scene,
         args.environment,
-        settings.given("brdfs", "lights", "up_axis", "two_sided_lamps"),
+        args.size,
+        parts=tuple(args.parts),
+        of_scene=settings.given("brdfs", "lights", "up_axis", "two_sided_lamps"),
         view_of=partial(camera_for, settings, aspect=width / height),
-        **settings.given("intensity", "rotation"),
+        **settings.given("arch", "intensity", "rotation"),
     )
 
 
@@ -204,7 +203,7 @@ def check_agreement(args: Namespace, tell: Callable[[str, float], Any]) -> int:
     if args.report is not None:
         make_folder(Path(args.report), f"--report {args.report}")
     estimators = None if args.estimators == variants.ALL else args.estimators
-    scene = source_of(args).load(variants.Variant())
+    scene = bench_of(args).load(variants.Variant())
     groups = agreement.agreement(scene, args.size, args.budget, estimators, tell=tell)
     print("\n".join(line for group in groups for line in lines_of(group)))
     print(f"If nothing is biased, {FALSE_ALARMS:.0%} of such checks tell a difference by chance.")
