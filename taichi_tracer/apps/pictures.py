@@ -369,8 +369,7 @@ def picture_of(settings: RenderSettings, shot: "Shot | None") -> Picture:
     of_file: dict[str, Any] = {"size": size(PICTURE_SIZE), "crop": WHOLE, "view": VIEW}
     if shot is not None:
         film, integrator = shot.film, shot.integrator
-        view = integrator.estimator if integrator.name == "direct" else integrator.name
-        of_file = {"size": (film.width, film.height), "crop": film.crop_window, "view": view}
+        of_file = {"size": (film.width, film.height), "crop": film.crop_window, "view": integrator.name}
         if not settings.given("spp", "time", "error"):
             of_file["spp"] = integrator.spp
     of_file |= settings.given(*of_file)

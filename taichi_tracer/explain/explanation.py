@@ -1,8 +1,6 @@
 """The explanation of a pixel: a tree of steps with their numbers, as text, as JSON and in notebooks, with drawings."""
 
-import base64
 import html
-import io
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.files.images import encode_png
+from taichi_tracer.files.images import to_bytes
 from taichi_tracer.files.page import FONT, INK, svg_of
 from taichi_tracer.tones.display import Display
 
@@ -379,7 +377,7 @@ SIZE = (6.0, 4.0)  # of a drawing, in inches
 STUB = 0.35  # of the extent of the path: the length of an arrow that leaves it; twice the length of a drawn surface
 LEAST = 1e-3  # the weight of normals for the plane of a path: they decide only where the path is a straight line
 FLAT = 1e-9  # a shorter vector has no direction
-SIDE, RING = 160, 7  # of the small picture, in pixels: the longer side, and the radius of the ring
+SIDE, RING = 160, 23  # of the small picture: its width in pixels; the radius of the ring is one part in so many
 Arrow = tuple[Any, Any, str, str]  # from where, along which direction, its colour, what it is
 Direction = tuple[Any, str, str]  # a unit vector, its colour, what it is
 
@@ -477,22 +475,16 @@ def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: 
 
     Args:
         image: (height, width, 3) linear. column, row: the pixel, from the left and from the top.
-        display, srgb: how the picture is shown, see ``srgb.to_bytes``.
+        display, srgb: how the picture is shown, see ``images.to_bytes``.
     """
-    from PIL import Image, ImageDraw, ImageOps
-
-    picture = Image.open(io.BytesIO(encode_png(image, srgb, display)))
-    small = ImageOps.contain(picture, (SIDE, SIDE), Image.Resampling.BOX)
-    centre = SIDE / max(image.shape[:2]) * np.array([column + 0.5, row + 0.5])
-    for radius, colour in ((RING, "black"), (RING - 1, "white")):  # seen on bright and on dark ground
-        ImageDraw.Draw(small).ellipse([*(centre - radius), *(centre + radius)], outline=colour)
-    buffer = io.BytesIO()
-    small.save(buffer, "PNG")
-    title = html.escape(f"the picture so far: the ring is around column {column}, row {row}")
-    source = f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"
-    return (
-        f"<figure style='width: {SIDE}px'><img src='{source}' alt='{title}'><figcaption>{title}</figcaption></figure>"
-    )
+    step = max(1, max(image.shape) // SIDE)
+    small = to_bytes(image[::step, ::step], srgb, display)
+    rows, columns = np.indices(small.shape[:2])
+    distance = np.hypot(rows - row / step, columns - column / step)
+    off = abs(distance - max(2, max(small.shape) // RING))
+    small[off < 2] = 0  # a white ring with black edges is seen on bright and on dark ground
+    small[off < 1] = 255
+    return page.picture(small, f"the picture so far: the ring is around column {column}, row {row}", SIDE)
 
 
 # ── the explanation ──

@@ -1,9 +1,9 @@
 """Reading and writing of images: linear floating point, (height, width, 3), top row first (C-15).
 
-Pillow handles PNG and JPEG. OpenImageIO (the extra ``exr``) handles EXR, HDR and 16-bit PNG. It is the only library
-that reads and writes all three and has wheels for every supported Python on Linux, Windows and macOS, under Apache-2.0:
-OpenCV's wheels have EXR switched off, and the package OpenEXR supports neither HDR nor PNG. This file itself handles
-PFM, PPM and NPY.
+Pillow handles PNG, JPEG and PPM. OpenImageIO (the extra ``exr``) handles EXR, HDR and 16-bit PNG. It is the only
+library that reads and writes all three and has wheels for every supported Python on Linux, Windows and macOS, under
+Apache-2.0: OpenCV's wheels have EXR switched off, and the package OpenEXR supports neither HDR nor PNG. This file
+itself handles PFM and NPY.
 """
 
 import io
@@ -86,17 +86,11 @@ def _encode_pillow(image: np.ndarray, srgb: bool, display: Display, kind: str) -
     options: dict[str, Any] = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
     if not display.is_plain and kind == "JPEG":
         options["comment"] = f"{DISPLAY_KEY}: {display}"
-    elif not display.is_plain:
+    elif not display.is_plain and kind == "PNG":
         options["pnginfo"] = PngInfo()
         options["pnginfo"].add_text(DISPLAY_KEY, str(display))
     Image.fromarray(to_bytes(image, srgb, display)).save(buffer, kind, **options)
     return buffer.getvalue()
-
-
-def _encode_ppm(image: np.ndarray, srgb: bool, display: Display) -> bytes:
-    height, width, _ = image.shape
-    comment = b"" if display.is_plain else f"# {DISPLAY_KEY}: {display}\n".encode()
-    return b"P6\n%s%d %d\n255\n" % (comment, width, height) + to_bytes(image, srgb, display).tobytes()
 
 
 def _encode_pfm(image: np.ndarray) -> bytes:
@@ -155,7 +149,7 @@ ENCODERS: dict[str, Callable[[np.ndarray, bool, Display], bytes]] = {
     ".hdr": lambda image, srgb, display: _encode_openimageio(to_rgbe(image), ".hdr"),
     ".pfm": lambda image, srgb, display: _encode_pfm(image),
     ".npy": lambda image, srgb, display: _encode_npy(image),
-    ".ppm": _encode_ppm,
+    ".ppm": lambda image, srgb, display: _encode_pillow(image, srgb, display, "PPM"),
 }
 EIGHT_BITS = (".png", ".jpg", ".jpeg", ".ppm")  # the others are floating point, and always linear
 KEEP_NAN = (".exr", ".pfm", ".npy")
@@ -198,8 +192,8 @@ def save_image(
         srgb: whether to apply the sRGB transfer function in 8-bit formats: True for radiance, False for data such as
             normals. With None, a ``Picture``, which ``renderer.image()`` returns, knows which it is, and the values of
             any other array are written unchanged.
-        exposure, tone: as for ``Display``, for radiance in 8-bit formats. The text of a PNG, and the comment of a JPEG
-            or PPM, have both. Floating-point formats always get the linear values of ``image``.
+        exposure, tone: as for ``Display``, for radiance in 8-bit formats. The text of a PNG, and the comment of a JPEG,
+            have both. Floating-point formats always get the linear values of ``image``.
         channels: name → (h, w) array of each other channel of an EXR file, such as {"Z": depth}. Their values are
             stored as float32, unchanged.
 

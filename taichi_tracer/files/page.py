@@ -4,6 +4,7 @@ import base64
 import html
 import io
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -80,12 +81,13 @@ def paragraph(text: str, kind: str = "") -> str:
     return f"<p class='{kind}'>{html.escape(text)}</p>" if kind else f"<p>{html.escape(text)}</p>"
 
 
-def table(rows: list[dict], columns: list[str]) -> str:
-    """Rows of text under named columns, which a click on a name sorts."""
+def table(rows: list[dict], columns: Sequence[str] = ()) -> str:
+    """Rows of text under named columns, by default those of the first row; a click on a name sorts them."""
+    columns = columns or list(rows[0])
     return cards([{c: html.escape(str(r.get(c, ""))) for c in columns} for r in rows], columns)
 
 
-def cards(rows: list[dict], columns: list[str]) -> str:
+def cards(rows: list[dict], columns: Sequence[str]) -> str:
     """``table`` of cells that are HTML already; on a narrow screen, each row is a list of names and values."""
     heads = [html.escape(c) for c in columns]
     cells = ("".join(f"<td data-head='{h}'>{r[c]}</td>" for h, c in zip(heads, columns, strict=True)) for r in rows)
@@ -133,23 +135,6 @@ def set_ticks(axis, low: float, high: float, most: int, in_words) -> None:
     axis.set_major_locator(LogLocator(subs=next((s for s in STEPS if len(s) * decades <= most), STEPS[-1])))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda v, _: in_words(float(f"{v:.6g}"))))
-
-
-def seconds_in_words(seconds: float) -> str:
-    """ "50 ms", "0.2 s", "10 s"."""
-    return f"{1000 * seconds:g} ms" if seconds < 0.1 else f"{seconds:g} s"
-
-
-def dress(axes, x: str) -> None:
-    """The look of a pair of axes, and what is along the horizontal one."""
-    axes.set_facecolor("none")
-    axes.set_axisbelow(True)
-    axes.grid(True, color=GRID, linewidth=0.7)
-    axes.tick_params(colors=INK, labelsize=FONT, length=0)
-    for name, spine in axes.spines.items():
-        spine.set_visible(name in ("left", "bottom"))
-        spine.set_color(INK)
-    axes.set_xlabel(x, fontsize=FONT, color=INK)
 
 
 def spread(wanted: list[float], gap: float) -> list[float]:

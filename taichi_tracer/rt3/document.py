@@ -90,19 +90,13 @@ class IntegratorSettings:
     """What a picture shows.
 
     Attributes:
-        depth: for "depth_map". estimator, spp: for "direct". mirrors: for "blinn_phong", how many one after the other.
+        name: of the view, of the estimator, or of RT3's integrator. spp: None if the document does not say it.
+        values: what it says of the renderer's values, see ``RT3Renderer.values``.
     """
 
     name: str = "flat"
-    depth: dict = field(default_factory=dict)
-    estimator: str = "mis"
     spp: int | None = None
-    mirrors: int = 5
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """What it says of the renderer's values, see ``RT3Renderer.values``."""
-        return {**self.depth, "mirrors": self.mirrors}
+    values: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -243,24 +237,17 @@ class _Reader:
 
     def take_integrator(self, element: Element) -> None:
         """What the picture shows."""
-        name = element.choice("type", of=INTEGRATORS)
+        name, spp, values = element.choice("type", of=INTEGRATORS), None, {}
         if name == "depth_map":
-            depth = dict(element.colors("near_color", "far_color"))
-            depth |= {k: v for k in ("zmin", "zmax") if (v := element.number(k)) is not None}
-            if depth.get("zmin", -math.inf) >= depth.get("zmax", math.inf):
-                raise element.error(f"zmin {depth['zmin']:g} must be less than zmax {depth['zmax']:g}")
-            self.integrator = IntegratorSettings(name, depth)
+            values = dict(element.colors("near_color", "far_color"))
+            values |= {k: v for k in ("zmin", "zmax") if (v := element.number(k)) is not None}
+            if values.get("zmin", -math.inf) >= values.get("zmax", math.inf):
+                raise element.error(f"zmin {values['zmin']:g} must be less than zmax {values['zmax']:g}")
         elif name == "direct":
-            estimator = element.text("estimator") or "mis"
-            self.integrator = IntegratorSettings(
-                name, estimator=estimator, spp=element.whole("spp", "samples", default=16)
-            )
+            name, spp = element.text("estimator") or "mis", element.whole("spp", "samples", default=16)
         elif name == "blinn_phong":
-            self.integrator = IntegratorSettings(
-                name, mirrors=element.whole("depth", default=5, least=0, most=MOST_MIRRORS)
-            )
-        else:
-            self.integrator = IntegratorSettings(name)
+            values = {"mirrors": element.whole("depth", default=5, least=0, most=MOST_MIRRORS)}
+        self.integrator = IntegratorSettings(name, spp, values)
 
     def take_background(self, element: Element) -> None:
         """What stands behind the world (RT-7, C-13)."""

@@ -79,9 +79,10 @@ def renderer_of(scene_data: "SceneData", shot: "Shot | None" = None, **options: 
         options["camera"] = make_camera(*size, **shot.view)
     camera = options["camera"]
     options.setdefault("crop", film.crop(camera.width, camera.height))
-    if shot.integrator.name == "direct":
-        return A2Renderer(scene_data, **options).use(shot.integrator.estimator)
-    renderer = RT3Renderer(scene_data, **options).use(shot.integrator.name)
-    for name, value in shot.integrator.values.items():
+    integrator = shot.integrator
+    if integrator.spp is not None:
+        return A2Renderer(scene_data, **options).use(integrator.name)
+    renderer = RT3Renderer(scene_data, **options).use(integrator.name)
+    for name, value in integrator.values.items():
         renderer.change(name, value)
     return renderer

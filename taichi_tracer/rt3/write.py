@@ -19,7 +19,7 @@ from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import with_common_materials
-from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, IntegratorSettings
+from taichi_tracer.rt3.document import AGGREGATORS, INTEGRATORS, Document, FilmSettings, IntegratorSettings
 from taichi_tracer.rt3.elements import MOST_BYTES
 from taichi_tracer.system.errors import InputError
 
@@ -94,11 +94,10 @@ def _film(film: FilmSettings) -> str:
 
 
 def _integrator(integrator: IntegratorSettings) -> str:
-    if integrator.name == "direct":
-        return tag("integrator", type="direct", estimator=integrator.estimator, spp=integrator.spp)
-    if integrator.name == "blinn_phong":
-        return tag("integrator", type="blinn_phong", depth=integrator.mirrors)
-    return tag("integrator", type=integrator.name, **integrator.depth)
+    if integrator.name not in INTEGRATORS:
+        return tag("integrator", type="direct", estimator=integrator.name, spp=integrator.spp)
+    values = {"depth" if name == "mirrors" else name: value for name, value in integrator.values.items()}
+    return tag("integrator", type=integrator.name, **values)
 
 
 def _background(document: Document, path: Path) -> Iterator[str]:

@@ -212,9 +212,8 @@ def draw(study: Study, shape: str = "broad"):
 
     width, height, left, right, most_ticks = SHAPES[shape]
     figure = Figure(figsize=(width, height), facecolor="none" if shape == "narrow" else page.PAPER)
-    axes = figure.add_axes((left, 0.13, right - left, 0.79))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    place = (left, 0.13, right - left, 0.79)
+    axes = figure.add_axes(place, facecolor="none", axisbelow=True, xscale="log", yscale="log")
     ends = []
     for curve, colour in zip(study.main, COLOURS * 2, strict=False):
         levels = np.array(curve.levels())
@@ -233,9 +232,13 @@ def draw(study: Study, shape: str = "broad"):
     axes.plot(guide, 0.8 * y1 * (guide / x0) ** -0.5, color=INK, linestyle=":", linewidth=1.2)
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
-    page.set_ticks(axes.xaxis, x0, x1, most_ticks, page.seconds_in_words)
+    page.set_ticks(axes.xaxis, x0, x1, most_ticks, in_seconds)
     page.set_ticks(axes.yaxis, y0, y1, 12, lambda v: f"{v:,.10g} %")
-    page.dress(axes, "seconds of rendering, after compiling")
+    axes.grid(True, color=GRID, linewidth=0.7)
+    axes.tick_params(colors=INK, labelsize=FONT, length=0)
+    axes.spines[:].set_color(INK)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("seconds of rendering, after compiling", fontsize=FONT, color=INK)
     axes.set_title("relative RMSE of all pixels", loc="left", fontsize=FONT, color=INK)
     label_ends(axes, sorted(ends, key=lambda end: end[1]), 18 if shape == "narrow" else 40)
     return figure
@@ -275,7 +278,7 @@ def as_html(study: Study) -> str:
             "note",
         ),
         "<h2>What an error costs in seconds</h2>",
-        table(cost_rows(study)),
+        page.table(cost_rows(study)),
         page.paragraph(
             "Starting, reading the scene and compiling come before the first sample; a second run compiles nothing. "
             f"Errors below {percent(study.reference.least_error)}, twice that of the reference, cannot be judged: with "
@@ -284,20 +287,15 @@ def as_html(study: Study) -> str:
         ),
     ]
     if rows := knob_rows(study):
-        parts += ["<h2>What each knob buys or costs</h2>", table(rows)]
+        parts += ["<h2>What each knob buys or costs</h2>", page.table(rows)]
         parts.append(
             page.paragraph(f"Beside {study.curves[0].label}; in brackets 95 % intervals. 1 is no change.", "note")
         )
     parts += [f"<h2>Pictures after {in_seconds(study.equal_seconds)} of rendering</h2>", pictures(study)]
     parts.append(page.paragraph("Errors are fractions of the mean brightness of the reference.", "note"))
-    parts += ["<h2>All numbers</h2>", table(number_rows(study))]
+    parts += ["<h2>All numbers</h2>", page.table(number_rows(study))]
     parts += [page.paragraph(text, "note") for text in [*warnings_of(study), about(study)]]
     return page.page(f"What accuracy costs in time: {study.facts.title}", parts, STYLE)
-
-
-def table(rows: list[dict[str, str]]) -> str:
-    """Rows under the names of their columns."""
-    return page.table(rows, list(rows[0]))
 
 
 def pictures(study: Study) -> str:

@@ -473,7 +473,7 @@ def as_page(result: SuiteResult) -> str:
     parts = [page.paragraph(f"Level {result.level}; {machine}.", "note")]
     tables = {"Every mode": mode_rows(result), "Every case in the default mode": case_rows(result)}
     for title, rows in tables.items():
-        parts += [f"<h2>{title}</h2>", page.table(rows, list(rows[0])) if rows else ""]
+        parts += [f"<h2>{title}</h2>", page.table(rows) if rows else ""]
     parts += [page.paragraph(line, "note") for line in LEGEND]
     parts += ["<h2>What other modes lose</h2>", *map(page.paragraph, losses(result))]
     return page.page(default_line(result), parts, "td { white-space: normal; }")

@@ -88,7 +88,7 @@ def _integrator_of(picture: Picture) -> IntegratorSettings:
     if issubclass(renderer_class, RT3Renderer):
         return IntegratorSettings(shown.name)
     if issubclass(renderer_class, A2Renderer):
-        return IntegratorSettings("direct", estimator=shown.name, spp=picture.target.spp)
+        return IntegratorSettings(shown.name, picture.target.spp)
     if shown.name not in SAME_AS:
         raise InputError(
             f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."
