@@ -573,15 +573,15 @@ class Explanation:
         """All steps of this name, in order."""
         return Step("", steps=self.steps).find(name)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything, as JSON has it."""
+    def to_json(self) -> str:
+        """JSON of everything; infinite numbers and NaN are the words "inf", "-inf" and "nan"."""
         names = ("renderer", "integrator", "column", "row", "x", "y", "sample", "samples")
         data: dict[str, Any] = {name: getattr(self, name) for name in names}
         data |= {name: as_json(getattr(self, name)) for name in ("value", "mean", "error")}
         data |= {"counts": self.counts, "steps": [step.as_data() for step in self.steps]}
         if self.terms:
             data |= {"terms": [term_as_data(term) for term in self.terms], "remainder": as_json(self.remainder)}
-        return data
+        return json.dumps(data, indent=1)
 
     @property
     def remainder(self) -> np.ndarray:
@@ -598,10 +598,6 @@ class Explanation:
         if self.remainder.any():
             lines.append(f"{short_text(self.remainder)} of the value is not explained by these terms")
         return lines
-
-    def to_json(self) -> str:
-        """JSON; infinite numbers and NaN are the words "inf", "-inf" and "nan"."""
-        return json.dumps(self.to_dict(), indent=1)
 
     def drawings(self) -> list[str]:
         """SVG: the path, and the first surface with its lobe; nothing if the eye ray hits nothing."""

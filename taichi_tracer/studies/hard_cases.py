@@ -97,13 +97,6 @@ LEVELS = {
 }
 
 
-def embree_sphere() -> ClosedSphere:
-    """The sphere of Embree's watertightness test (kernels/verify): 159,200 triangles far away from the origin."""
-    return ClosedSphere(
-        "159,200 triangles at (148376, 1234, -223423)", "crowd", 200.0, (148376, 1234, -223423), 400, 200
-    )
-
-
 def all_cases() -> list[Case]:
     """A new one of every case."""
     return [
@@ -111,7 +104,8 @@ def all_cases() -> list[Case]:
         ClosedSphere("closed sphere at 1e2", "unit", 4.0, (100, -33, 14)),
         ClosedSphere("closed sphere at 1e4", "sizes", 4.0, (1e4, -3333, 1429)),
         ClosedSphere("closed sphere at 1e6", "sizes", 4.0, (1e6, -333333, 142857)),
-        embree_sphere(),
+        # The sphere of Embree's watertightness test (kernels/verify), far away from the origin.
+        ClosedSphere("159,200 triangles at (148376, 1234, -223423)", "crowd", 200.0, (148376, 1234, -223423), 400, 200),
         NestedSpheres(),
         LeavingSurfaces(),
         Lattice(),

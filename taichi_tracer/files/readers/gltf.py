@@ -58,8 +58,7 @@ def read_gltf(raw: bytes, path: Path, notes: list[str]) -> tuple[Placed, list[tu
     Args:
         notes: gets a line for everything that changes the picture and is not read.
     """
-    content, buffer = json_of(raw)
-    return Gltf(content, buffer, path, notes).read()
+    return Gltf(*json_of(raw), path, notes).read()
 
 
 def json_of(raw: bytes) -> tuple[dict, bytes | None]:

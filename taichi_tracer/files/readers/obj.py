@@ -56,7 +56,7 @@ def read_obj(path: str | Path) -> Mesh:
     directions = lines.take(b"vn").without_comments()
     faces = lines.take(b"f").without_comments()
 
-    polygons = _polygons(faces, path)
+    polygons = _polygons_at_once(faces) or _polygons_one_by_one(faces, path)
     vertex_ids = _resolve(polygons.vertex, polygons, faces, positions, "vertex", path)
     vertices = _rows(positions, path)
     corners, polygon_of = triangulate(vertices, polygons.sizes, vertex_ids)
@@ -170,16 +170,13 @@ class Polygons:
     texture: np.ndarray
 
 
-def _polygons(block: KeywordLines, path: Path) -> Polygons:
-    polygons = _polygons_at_once(block) if len(block) > 0 else None
-    return polygons or _polygons_one_by_one(block, path)
-
-
 def _polygons_at_once(block: KeywordLines) -> Polygons | None:
     """All polygons; None if a line is not a face. A number belongs to the corner that begins after the last blank.
 
     How many slashes stand before it in its corner says what it is: 0 a vertex, 1 a texture coordinate, 2 a normal.
     """
+    if len(block) == 0:
+        return None
     kinds = block.text.translate(KINDS)
     text = np.frombuffer(kinds, np.uint8)
     is_digit = text == DIGIT

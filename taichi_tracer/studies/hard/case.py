@@ -3,7 +3,7 @@
 Meshes are (vertices, faces), in float64 numbers that f32 holds exactly: every precision meets the same triangles.
 """
 
-import time
+import timeit
 import warnings
 import zlib
 from abc import ABC, abstractmethod
@@ -160,7 +160,8 @@ def all_modes(with_plain: bool = False) -> list[RayMode]:
     known = [part for part in PARTS.all("intersector") if with_plain or part.name != PLAIN]
     intersectors = sorted(known, key=lambda part: part.name != REFERENCE)
     tests = PARTS.names("triangle test")
-    own = [part.name for part in intersectors if has_own_test(part)]
+    # These decide by themselves what a hit on a triangle is, so that no triangle test is asked.
+    own = [part.name for part in intersectors if "intersect_triangle" in replaced(part)]
     ways = [(test, part.name) for test in tests for part in intersectors if part.name not in own]
     ways += [(OWN_TEST, name) for name in own]
     return [
@@ -169,11 +170,6 @@ def all_modes(with_plain: bool = False) -> list[RayMode]:
         for precision in runtime.PRECISIONS
         for test, intersector in ways
     ]
-
-
-def has_own_test(intersector: type[RayIntersector]) -> bool:
-    """Whether an intersector decides by itself what a hit on a triangle is, so that no triangle test is asked."""
-    return "intersect_triangle" in replaced(intersector)
 
 
 # Counts that a case may find. None of them is measured against a tolerance that a mode could choose.
@@ -465,11 +461,6 @@ class SharedScene:
         }
 
 
-def seconds_of(action, times: int = 3) -> float:
+def seconds_of(action: Callable[[], object], times: int = 3) -> float:
     """The shortest of some runs."""
-    best = np.inf
-    for _ in range(times):
-        start = time.perf_counter()
-        action()
-        best = min(best, time.perf_counter() - start)
-    return best
+    return min(timeit.repeat(action, number=1, repeat=times))
