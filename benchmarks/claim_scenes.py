@@ -6,8 +6,7 @@ import numpy as np
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.materials import Material
-from taichi_tracer.textures import Texture
+from taichi_tracer.materials import Material, Texture
 
 SEED = 7  # of what is scattered in the scenes
 

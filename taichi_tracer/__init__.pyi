@@ -5,11 +5,11 @@ from taichi_tracer import course as course
 from taichi_tracer import studies as studies
 from taichi_tracer import teaching as teaching
 from taichi_tracer.apps.page.widget import show as show
-from taichi_tracer.background import Background as Background
 from taichi_tracer.brdfs.base import Brdf as Brdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF
 from taichi_tracer.camera import Camera as Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera as OrthographicCamera
+from taichi_tracer.environment import Background as Background
 from taichi_tracer.environment import Environment as Environment
 from taichi_tracer.explain.maps import MapRenderer as MapRenderer
 from taichi_tracer.files.images import Picture as Picture
@@ -34,6 +34,7 @@ from taichi_tracer.lights.point_light import PointLight as PointLight
 from taichi_tracer.lights.spot_light import SpotLight as SpotLight
 from taichi_tracer.materials import Material as Material
 from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
+from taichi_tracer.materials import Texture as Texture
 from taichi_tracer.ray import HitData as HitData
 from taichi_tracer.ray import Ray as Ray
 from taichi_tracer.ray import no_hit as no_hit
@@ -56,7 +57,6 @@ from taichi_tracer.system.errors import InputError as InputError
 from taichi_tracer.system.errors import StaleSceneError as StaleSceneError
 from taichi_tracer.system.parts import register as register
 from taichi_tracer.system.runtime import init as init
-from taichi_tracer.textures import Texture as Texture
 from taichi_tracer.tones.base import Tone as Tone
 
 __version__: str

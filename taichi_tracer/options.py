@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast
 
 from numpy.typing import ArrayLike
 
-from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.environment import Environment
+from taichi_tracer.environment import Background, Environment
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh

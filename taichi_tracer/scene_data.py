@@ -1,23 +1,20 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
-import functools
 import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
-from taichi_tracer.background import load_background
 from taichi_tracer.effects import MODES, Effects, derive
-from taichi_tracer.environment import load_environment
+from taichi_tracer.environment import load_background, load_environment
 from taichi_tracer.formulas.view import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.instances import on_ground, resolve_instances, view_of_mesh
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.intersectors.instances import Places
-from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.materials import Material, MaterialLibrary, Textures
 from taichi_tracer.meshes.parts import notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
@@ -40,7 +37,6 @@ from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
-from taichi_tracer.textures import Textures
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -92,7 +88,7 @@ class SceneData(KnownAttributes, RayQueries):
         self.chosen = chosen if isinstance(chosen, type) else type(chosen)
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
-        self.lights: list[Light] = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
+        self.lights = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
         self._environment, self.is_light_open = load_environment(given["environment"]), "environment" not in options
         self._background = load_background(given["background"])
 
@@ -187,8 +183,8 @@ class SceneData(KnownAttributes, RayQueries):
         if effects is not None:
             return SceneInKernels(self, effects, compensates, microfacets)
         light, effects = (self.environment, self.background, *self.lights), self.effects_for(microfacets)
-        make = functools.partial(SceneInKernels, self, effects, compensates, microfacets)
-        return self._in_kernels.get((effects, light, compensates, microfacets), make)
+        key = effects, light, compensates, microfacets
+        return self._in_kernels.get(key, lambda: SceneInKernels(self, effects, compensates, microfacets))
 
     def receipt(self, microfacets: bool = False) -> list[str]:
         """One line per effect, and for the intersector and the lamps: what is simulated, and why."""

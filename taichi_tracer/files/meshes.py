@@ -13,11 +13,10 @@ from taichi_tracer.files.readers.gltf import read_gltf
 from taichi_tracer.files.readers.ply import read_ply
 from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.instances import FEW_COPIES, Instances, group
-from taichi_tracer.materials import Material
+from taichi_tracer.materials import Material, Texture
 from taichi_tracer.meshes.parts import joined, move, with_common_materials
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import Texture
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_START, STL_TRIANGLE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

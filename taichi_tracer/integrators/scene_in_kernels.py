@@ -12,10 +12,10 @@ from taichi_tracer.formulas.boxes import box_interval
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.materials import textured
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import replaced
-from taichi_tracer.textures import textured
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData

@@ -10,10 +10,9 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, group
 from taichi_tracer.intersectors.instances import boxes_of_places, rows_of_objects
-from taichi_tracer.materials import Material
+from taichi_tracer.materials import Material, Texture
 from taichi_tracer.picture.checkpoint import fingerprint
 from taichi_tracer.scene_data import again
-from taichi_tracer.textures import Texture
 
 RAYS = 30_000
 

@@ -24,7 +24,7 @@ from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import inverse_of
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import BASE, METALLIC, Texture
+from taichi_tracer.materials import BASE, METALLIC, Texture
 
 LIGHTS = "KHR_lights_punctual"
 STRENGTH = "KHR_materials_emissive_strength"

@@ -9,9 +9,8 @@ import numpy as np
 
 from taichi_tracer.files.images import read_image, read_opacity
 from taichi_tracer.files.readers.text import name_in, names_in, number, numbered_lines, read_text
-from taichi_tracer.materials import Material
+from taichi_tracer.materials import Material, Texture
 from taichi_tracer.system.errors import InputError, MissingFileError
-from taichi_tracer.textures import Texture
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"}
 REFLECTANCES = ("Kd", "Ks", "F0", "Km")

@@ -9,10 +9,9 @@ import numpy as np
 from taichi_tracer.files.images import linear_from_srgb, read_image
 from taichi_tracer.files.readers.text import all_numbers
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.materials import Material
+from taichi_tracer.materials import Material, Texture
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError, MissingFileError
-from taichi_tracer.textures import Texture
 
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {"float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2"}

@@ -24,7 +24,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
-from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.materials import Material, MaterialLibrary, Texture
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import A2Renderer, A4Renderer
@@ -46,7 +46,6 @@ from taichi_tracer.studies.hard.case import (
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import PARTS
-from taichi_tracer.textures import Texture
 
 # ── light that bounces ──
 
