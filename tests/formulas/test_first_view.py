@@ -79,6 +79,16 @@ def test_files_are_seen_from_where_most_is_seen_and_this_is_told(tmp_path, f32):
     assert not [note for note in asked.notes if "upwards" in note]
 
 
+@pytest.mark.parametrize("up_axis", ["y", "z"])
+def test_a_closed_room_is_seen_from_a_corner_above_its_middle(up_axis):
+    view = best_view(surface_of(inside_out(boxes(((-2, -2, -2), (2, 2, 2))))), up_axis, [])
+    axis = "xyz".index(up_axis)
+    assert view["fov"] == 75
+    assert view["eye"][axis] == pytest.approx(0.2 * 2)
+    assert view["at"][axis] == pytest.approx(-0.1 * 2)
+    np.testing.assert_allclose(abs(np.delete(view["eye"], axis)), 0.85 * 2)
+
+
 @pytest.mark.parametrize("odd", ["nan", "inf", "1e300"])
 def test_one_odd_vertex_neither_hides_the_rest_nor_ends_the_loading(odd, tmp_path, f32):
     """A room whose open side is seen, and a triangle that goes to nowhere."""

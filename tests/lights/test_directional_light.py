@@ -19,6 +19,12 @@ def test_it_comes_from_one_direction(direction):
         assert (r[0], radiance[0].tolist(), pdf[0]) == (np.inf, [3, 2, 1], 1)
 
 
+def test_without_arguments_it_comes_from_above_and_from_the_side():
+    w_i, _, radiance, _ = Bench(tt.DirectionalLight()).sample(np.zeros(3), np.array([[0.3, 0.7]]))
+    np.testing.assert_allclose(w_i[0], np.array([0.4, 1, 0.6]) / np.sqrt(1.52), atol=1e-6)
+    np.testing.assert_allclose(radiance[0], 3)
+
+
 @pytest.mark.parametrize("estimator", ["environment", "mis"])
 def test_a_wall_has_the_closed_form_but_in_the_shadow(estimator):
     """ρ/π E cos θ; a small square above the wall throws a shadow of its size, moved by the slope of the light."""
