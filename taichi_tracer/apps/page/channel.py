@@ -105,22 +105,21 @@ class Frame:
 
     Attributes:
         number: counts the frames. kind: "jpeg" or "png". data: the file.
-        data_number: the number of the first frame with this file, so that a page gets it only when it is new.
-        state: what changes with every picture, as JSON. details: what else the page shows, as JSON.
-        details_number: counts the changes of the details, so that a page gets them only when they are new.
+        state: what changes with every picture. details: what else the page shows. The details and the file of the next
+            frame are the same objects until they change.
     """
 
     number: int
     kind: str
     data: bytes
-    state: str
-    details: str = "{}"
-    details_number: int = 1
-    data_number: int = 0
+    state: dict[str, Any]
+    details: dict[str, Any]
 
-    def data_after(self, since: int) -> bytes:
-        """The file; none for a page that got it with the frame of number ``since``, or with an earlier one."""
-        return self.data if since < max(self.data_number, 1) else b""
+    def news_after(self, former: "Frame | None") -> tuple[dict[str, Any], bytes]:
+        """The state, details and file for a page that has a former frame: details and file only if they are new."""
+        details = {} if former is not None and former.details is self.details else self.details
+        data = b"" if former is not None and former.data is self.data else self.data
+        return {**self.state, **details, "id": self.number, "kind": self.kind, "lost": ""}, data
 
 
 def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
@@ -174,6 +173,7 @@ def encoded(pixels: np.ndarray, kind: str) -> bytes:
 # ── between the threads ──
 
 
+IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
 Event = tuple[str, dict[str, Any]]  # its type and its members
@@ -280,3 +280,34 @@ class Channel:
     def is_asked(self) -> bool:
         """Whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones can arise."""
         return self._waiting > 0 or self._polls
+
+
+class Watcher:
+    """A page that watches.
+
+    Attributes:
+        last: the frame that was sent last, or None. shown: the number of the last one that the page shows.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self.channel = channel
+        self.last: Frame | None = None
+        self.shown = 0
+
+    @property
+    def sent(self) -> int:
+        """The number of the last frame that was sent."""
+        return 0 if self.last is None else self.last.number
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the page can take another frame."""
+        return self.sent - self.shown < IN_FLIGHT
+
+    def post(self, event: Any) -> None:
+        """Give an event to the session, or note which frame the page shows: 0 is a page that has opened again."""
+        self.channel.post(event)
+        if event["type"] == "ack":
+            self.shown = max(self.shown, min(event["id"], self.sent))
+            if event["id"] == 0:
+                self.last = None

@@ -3,18 +3,17 @@
 import asyncio
 import base64
 import contextlib
-import json
 from pathlib import Path
 from typing import Any
 
 import anywidget
 
+from taichi_tracer.apps.page.channel import Watcher
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
 FOLDER = Path(__file__).parent
-IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
 REST = 0.1  # seconds between two looks if no event comes: another cell may have changed the renderer
 
 
@@ -31,7 +30,7 @@ class LivePicture(anywidget.AnyWidget):
     def __init__(self, renderer: ProgressiveRenderer, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__()
         self.session = Session(renderer)
-        self._sent = self._shown = self._details = 0
+        self._watcher = Watcher(self.session)
         self._awake = asyncio.Event()
         self.on_msg(self._take)
         self._task = loop.create_task(self._run())
@@ -43,19 +42,13 @@ class LivePicture(anywidget.AnyWidget):
 
     def _take(self, _widget: Any, content: Any, _buffers: Any) -> None:
         try:
-            self.session.post(content)
+            self._watcher.post(content)
         except InputError as error:
             self.session.message = str(error)
             return
         self.session.watch()
         self._awake.set()
-        if content["type"] == "ack":
-            self._shown = max(self._shown, min(content["id"], self._sent))
-            if content["id"] == 0:  # a page has opened, perhaps again: it has no frame yet
-                self._shown = self._sent
-                self._details = 0
-                self.session.send_again()
-        elif content["type"] == "save":
+        if content["type"] == "save":
             self._save(content["kind"])
 
     def _save(self, kind: str) -> None:
@@ -70,15 +63,14 @@ class LivePicture(anywidget.AnyWidget):
         if self.renderer.film.samples == 0:  # warming up would discard samples
             self.session.warm_up(lambda text: None)
         while self.comm is not None:
-            if self._sent - self._shown < IN_FLIGHT:
+            if self._watcher.is_ready:
                 self.session.ask()
             worked = self.session.step(0.0)
-            frame = self.session.newest(self._sent)
-            if frame is not None and self._sent - self._shown < IN_FLIGHT:
-                details = json.loads(frame.details) if frame.details_number != self._details else {}
-                content = json.loads(frame.state) | details | {"id": frame.number, "kind": frame.kind}
-                self.send(content, [frame.data_after(self._sent)])
-                self._sent, self._details = frame.number, frame.details_number
+            frame = self.session.newest(self._watcher.sent)
+            if frame is not None and self._watcher.is_ready:
+                content, data = frame.news_after(self._watcher.last)
+                self.send(content, [data])
+                self._watcher.last = frame
             if worked:
                 await asyncio.sleep(0)
                 continue

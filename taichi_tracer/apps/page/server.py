@@ -25,6 +25,7 @@ from websockets.http11 import Request, Response
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as serve_sockets
 
+from taichi_tracer.apps.page.channel import Watcher
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.system.errors import InputError
 
@@ -34,7 +35,6 @@ MOST_BYTES = 64 * 1024  # of a message
 RATE = 2000  # messages per second of a connection
 MOST_CONNECTIONS = 24  # at the same time, of those who have shown the token
 PATIENCE = 3.0  # seconds in which a connection must be opened, and in which the token must come
-IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
 LOOK = 0.1  # seconds between two looks at whether a page has shown its frames
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
@@ -140,8 +140,7 @@ class Page:
     """
 
     def __init__(self, session: Session, connection: ServerConnection) -> None:
-        self.session, self.connection = session, connection
-        self.sent = self.shown = self.details = 0
+        self.session, self.connection, self.watcher = session, connection, Watcher(session)
         self.is_open = True
 
     def run(self) -> None:
@@ -164,14 +163,12 @@ class Page:
         """Give an event to the session, or say what is wrong with it."""
         try:
             event = json.loads(message)
-            self.session.post(event)
+            self.watcher.post(event)
         except (ValueError, RecursionError) as error:  # an InputError is a ValueError
             reason = str(error) if isinstance(error, InputError) else "this is no JSON"
             self.send({"message": reason})
             return
-        if event["type"] == "ack":
-            self.shown = max(self.shown, min(event["id"], self.sent))
-        elif event["type"] == "save":
+        if event["type"] == "save":
             self.session.later(partial(self.save, event["kind"]))
 
     def save(self, kind: str) -> None:
@@ -187,14 +184,13 @@ class Page:
         """Send every frame that the page can take."""
         with contextlib.suppress(ConnectionClosed):
             while self.is_open and not self.session.is_over:
-                if self.sent - self.shown >= IN_FLIGHT:
+                if not self.watcher.is_ready:
                     time.sleep(LOOK / 10)
                     continue
-                frame = self.session.wait_for_frame(self.sent, LOOK)
+                frame = self.session.wait_for_frame(self.watcher.sent, LOOK)
                 if frame is not None:
-                    details = json.loads(frame.details) if frame.details_number != self.details else {}
-                    state = json.loads(frame.state) | details | {"id": frame.number, "kind": frame.kind, "lost": ""}
-                    data, self.sent, self.details = frame.data_after(self.sent), frame.number, frame.details_number
+                    state, data = frame.news_after(self.watcher.last)
+                    self.watcher.last = frame  # before the page can say that it shows it
                     self.send(state, data)
 
     def send(self, state: dict[str, Any], data: bytes = b"") -> None:

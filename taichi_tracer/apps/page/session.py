@@ -7,7 +7,6 @@ that a slow connection gets fewer frames instead of a queue of old ones.
 
 import contextlib
 import html
-import json
 import shlex
 import time
 import traceback
@@ -56,7 +55,9 @@ TRIES = 5  # moving pictures that are tried, until their size is as coarse as th
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 SIDES = ("left", "right")  # of two pictures
+MOVING_BY = ("drag", "zoom", "pan", "key", "blur")
 POINTING = ("point", "leave", "look")  # events that change nothing of the picture
+NOTHING = (0, "", (), ())  # what was shown before the first frame
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
 
 
@@ -80,6 +81,7 @@ class Session(Channel):
         self.settings = settings
         self.follows_size = settings is not None and settings.size is None and settings.crop is None
         self.keys: set[str] = set()
+        self.stay()
         self.message = ""
         self.choice: Choice | None = None  # what was chosen, and is not shown yet
         self._compiled: set[tuple] = set()  # what needs no compiling any more
@@ -91,10 +93,10 @@ class Session(Channel):
         self._began = self._moved_at  # when the last work on a frame began
         self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
-        self._framed: tuple  # the picture, the kind and the settings of the last frame
-        self._file_of: tuple = ()  # what the bytes of its file depend on
-        self._framed_at, self._next_rest, self._next_error = -1e9, 0.0, 0.0
-        self._details, self._details_of, self._details_number = "{}", (), 0
+        self._framed: tuple  # what the last frame shows: the picture, the kind, what is chosen, and what stands beside
+        self._framed_at, self._next_error = -1e9, 0.0
+        self._details: dict[str, Any] = {}
+        self._details_of: tuple = ()
         self._begin_with(renderer)
 
     def _begin_with(self, renderer: ProgressiveRenderer) -> None:
@@ -111,7 +113,7 @@ class Session(Channel):
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
-        self._is_cold, self._framed = True, ()  # whether the picture of a moving camera is still to be compiled
+        self._is_cold, self._framed = True, NOTHING  # whether the picture of a moving camera is still to be compiled
 
     @property
     def renderer(self) -> ProgressiveRenderer:
@@ -151,10 +153,6 @@ class Session(Channel):
         """What the kernels of a picture depend on, of what can be chosen."""
         return (*(getattr(settings, name) for name in ("view", *OF_SCENE)), settings.environment == NO_NAME)
 
-    def send_again(self) -> None:
-        """Make a frame for somebody who has none yet."""
-        self._framed, self._details_of, self._file_of = (), (), ()
-
     def step(self, patience: float = 0.05) -> bool:
         """Take the events, move the camera, render for a moment and make a frame if one is wanted.
 
@@ -170,19 +168,19 @@ class Session(Channel):
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
         events, tasks = self.take_post()
-        moved = self.take(events)
+        self.take(events)
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
         if self.choice is not None and self.choice.is_due:
             self._take_choice(self.choice)
         now = self.now()
-        self.move(min(now - self._last_step, LONGEST_STEP), *moved)
+        self.move(min(now - self._last_step, LONGEST_STEP))
         self._last_step = now
         is_busy = self.seconds_of_rest() == 0
         if is_busy:
             self.render()
             self.make_frame()
-        if self._is_cold and self._framed and self.choice is None and self.split is None:
+        if self._is_cold and self._framed != NOTHING and self.choice is None and self.split is None:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
         return bool(events or tasks or is_busy)
@@ -207,17 +205,14 @@ class Session(Channel):
         """Seconds until a frame is to be made: 0 if it is due, and infinite if nobody asks or nothing is new."""
         if not self.is_asked:
             return np.inf
-        now = self.now()
-        picture, kind, settings = self._framed or (None, "", ())
-        if picture == self._pictures and settings == self.settings_key():
-            if kind == "png":
-                return np.inf
-            return max(0.0, self._moved_at + MOVING - now)  # then the lossless picture follows
+        picture, kind, *chosen = self._framed
+        is_same, is_lossless = chosen == [self.picture_key(), self.beside], kind == "png"
         due = self._framed_at + FRAME_EVERY
-        is_rest = kind == "png" and not self.is_moving and settings == self.settings_key()
-        if is_rest and not all(is_final(one) for one in self.renderers):
-            due = max(due, self._next_rest)
-        return max(0.0, due - now)
+        if is_same and picture == self._pictures:
+            due = np.inf if is_lossless else self._moved_at + MOVING  # then the lossless picture follows
+        elif is_same and is_lossless and not self.is_moving and not all(is_final(one) for one in self.renderers):
+            due = self._framed_at + REST_EVERY
+        return max(0.0, due - self.now())
 
     def render(self) -> None:
         """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
@@ -232,41 +227,22 @@ class Session(Channel):
             renderer = self.renderer if self.split is None else self.split.behind
             if not renderer.is_current():
                 self.errors.clear()
-                self._next_error = self._next_rest = 0.0
+                self._next_error = 0.0
             renderer.render()
             self._pictures += 1
             has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
             if has_all and (self.now() >= end or self.is_moving):
                 break
 
-    def take(
-        self, events: Sequence[tuple[str, dict[str, Any]]]
-    ) -> tuple[tuple[float, float], float, tuple[float, float], set[str]]:
-        """Do what events ask for. Returns how far the camera is turned, brought nearer and shifted; and pressed keys.
-
-        A key that is pressed and released at once is pressed, too.
-        """
-        orbit, zoom, pan, tapped = [0.0, 0.0], 0.0, [0.0, 0.0], set()
+    def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> None:
+        """Do what events ask for."""
         for kind, members in events:
-            if kind == "drag":
-                orbit = [orbit[0] + members["dx"], orbit[1] + members["dy"]]
-            elif kind == "zoom":
-                zoom += members["by"]
-            elif kind == "pan":
-                pan = [pan[0] + members["dx"], pan[1] + members["dy"]]
-            elif kind == "key":
-                (self.keys.add if members["down"] else self.keys.discard)(members["key"])
-                tapped |= {members["key"]} if members["down"] else set()
-            elif kind == "blur":
-                self.keys.clear()
-            elif kind in POINTING:
-                getattr(self, f"on_{kind}")(**members)
-            elif kind not in OF_HOSTS:
+            if kind not in (*MOVING_BY, *POINTING, *OF_HOSTS):
                 self.message = ""
                 self._answers += 1
+            if kind not in OF_HOSTS:
                 with self.errors_as_message():
                     getattr(self, f"on_{kind}")(**members)
-        return (orbit[0], orbit[1]), zoom, (pan[0], pan[1]), tapped
 
     @contextlib.contextmanager
     def errors_as_message(self) -> Iterator[None]:
@@ -278,24 +254,44 @@ class Session(Channel):
             if not isinstance(error, InputError):
                 traceback.print_exc()
 
-    def move(
-        self,
-        seconds: float,
-        orbit: tuple[float, float],
-        zoom: float,
-        pan: tuple[float, float],
-        tapped: set[str] = frozenset(),  # type: ignore[assignment]
-    ) -> None:
-        """Move the camera as keys, wheel and pointer say."""
-        keys = self.keys | tapped
-        if not (keys or zoom or any(orbit) or any(pan)):
+    def move(self, seconds: float) -> None:
+        """Move the camera as keys, wheel and pointer have said since the last time."""
+        orbit, zoom, pan, keys = self.orbit, self.zoom, self.pan, self.keys | self.tapped
+        self.stay()
+        if not (keys or zoom or orbit.any() or pan.any()):
             return
-        camera = self.renderer.camera
-        pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, self.state.scene.up_axis)
-        if any(pan):
+        camera, up_axis = self.renderer.camera, self.state.scene.up_axis
+        pose = camera_controller.step(Pose.of(camera), keys, seconds, tuple(orbit), zoom, self.speed, up_axis)
+        if pan.any():
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
         self._moved_at, self._has_moved = self.now(), True
+
+    def stay(self) -> None:
+        """Begin to count how far the pointer and the wheel move the camera, and which keys were pressed."""
+        self.orbit, self.pan, self.zoom = np.zeros(2), np.zeros(2), 0.0
+        self.tapped: set[str] = set()  # those that were pressed, and may be released again
+
+    def on_drag(self, dx: float, dy: float) -> None:
+        """Turn the camera."""
+        self.orbit += dx, dy
+
+    def on_pan(self, dx: float, dy: float) -> None:
+        """Shift the camera."""
+        self.pan += dx, dy
+
+    def on_zoom(self, by: float) -> None:
+        """Bring the camera nearer."""
+        self.zoom += by
+
+    def on_key(self, key: str, down: bool) -> None:
+        """Note that a key is pressed or released."""
+        (self.keys.add if down else self.keys.discard)(key)
+        self.tapped |= {key} if down else set()
+
+    def on_blur(self) -> None:
+        """Note that no key is pressed any more."""
+        self.keys.clear()
 
     # ── what takes time ──
 
@@ -419,7 +415,7 @@ class Session(Channel):
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.state = self.state.resized(int(width * scale), int(height * scale))
         self.preview, self.pointed, self.explained, self.region = Preview(), None, None, None
-        self._is_cold, self._framed = True, ()
+        self._is_cold, self._framed = True, NOTHING
 
     def on_split(self, mode: str) -> None:
         """Choose how two pictures are shown, or one."""
@@ -460,24 +456,20 @@ class Session(Channel):
             return
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if kind == "jpeg" else exact_pixels
-        self.bring_details_up_to_date()
+        former, of = self._frame, (self._pictures, kind, self.picture_key())
         shown = self.renderers if self._shown is None else [self._shown]
-        number = 1 if self._frame is None else self._frame.number + 1
-        file_of = self._pictures, kind, self.settings_key()[: -len(self.beside)]
-        if self._frame is not None and file_of == self._file_of:
-            data, data_number = self._frame.data, self._frame.data_number
+        if former is not None and of == self._framed[:3]:
+            data = former.data
         else:
-            pixels = make(shown[0]) if self.split is None else self.split.pixels(make)
-            data, data_number = encoded(pixels, kind), number
-        self._file_of = file_of
-        state = json.dumps(self.present_state(shown))
+            data = encoded(make(shown[0]) if self.split is None else self.split.pixels(make), kind)
+        state = self.present_state(shown)
         if kind == "jpeg" and self.split is None:
             self.preview.took(self.renderer, self.now() - self._began)
-        self._framed = self._pictures, kind, self.settings_key()
+        if self._details_of != (of[2], self.beside, self._next_error):
+            self._details_of, self._details = (of[2], self.beside, self._next_error), self.details()
+        self._framed = *of, self.beside
         self._framed_at, self._has_moved = self.now(), False
-        if kind == "png":
-            self._next_rest = self._framed_at + REST_EVERY
-        self.show(Frame(number, kind, data, state, self._details, self._details_number, data_number))
+        self.show(Frame(1 if former is None else former.number + 1, kind, data, state, self._details))
 
     def present_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
         """What changes with every picture: samples, errors, the scale of colours, and the pixels that are asked for."""
@@ -517,15 +509,15 @@ class Session(Channel):
                 self.curves[name if self.split is None else f"{side}: {name}"] = thinned(points)
         self._next_error = self.now() + ERROR_EVERY
 
-    def settings_key(self) -> tuple:
-        """What is compared to find out whether something else was chosen or said: without the camera's place."""
+    def picture_key(self) -> tuple:
+        """What is compared to find out whether something else was chosen: without the camera's place."""
         of = [
             (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
             for one in self.renderers
         ]
         split = None if self.split is None else (self.split.mode, self.split.number, self.split.equal)
         fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, split, fov, self.renderer.values().get("max_distance"), *self.beside)
+        return (*of, split, fov, self.renderer.values().get("max_distance"))
 
     @property
     def beside(self) -> tuple:
@@ -538,13 +530,6 @@ class Session(Channel):
             self.region,
             self.choice and self.choice.began,
         )
-
-    def bring_details_up_to_date(self) -> None:
-        """Make the details again if something of them has changed."""
-        of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._next_error
-        if of != self._details_of:
-            self._details_of, self._details_number = of, self._details_number + 1
-            self._details = json.dumps(self.details())
 
     def details(self) -> dict[str, Any]:
         """What can be chosen, and what is chosen."""
