@@ -21,10 +21,9 @@ from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
-from taichi_tracer.materials import Material
+from taichi_tracer.materials import BASE, METALLIC, Material, Texture
 from taichi_tracer.meshes.parts import inverse_of
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.materials import BASE, METALLIC, Texture
 
 LIGHTS = "KHR_lights_punctual"
 STRENGTH = "KHR_materials_emissive_strength"
