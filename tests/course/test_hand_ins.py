@@ -11,7 +11,7 @@ from taichi_tracer.course import adapters, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT
 from taichi_tracer.teaching.grading.grade import GradingSettings, Reference, grade
-from taichi_tracer.teaching.grading.isolate import IsolationLevel, Limits
+from taichi_tracer.teaching.grading.isolate import Limits
 from taichi_tracer.teaching.grading.submissions import find
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
 
@@ -38,7 +38,7 @@ def marks(path: Path, name: str, finds: bool = False) -> dict:
     assignment = catalogue.load(name)
     with Reference(assignment, 1) as reference:
         (submitted,) = find(path, assignment.files)
-        found = grade(reference, submitted, GradingSettings(IsolationLevel("limits"), Limits(), finds=finds))
+        found = grade(reference, submitted, GradingSettings("limits", Limits(), finds=finds))
     assert found.refused == ""
     return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}
 

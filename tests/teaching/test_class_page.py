@@ -8,7 +8,6 @@ import pytest
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.grading import class_page
 from taichi_tracer.teaching.grading.grade import GradingSettings, Mark
-from taichi_tracer.teaching.grading.isolate import IsolationLevel
 
 EVIL = "<script>document.title='hacked'</script>"
 FOUND = {"names": ["pixel corner"], "share": 1.0, "text": "all agree", "hint": "which point?", "topic": "rays"}
@@ -34,7 +33,7 @@ def folder(tmp_path_factory):
     """The pages of a class."""
     place = tmp_path_factory.mktemp("pages")
     assignment = type("Assignment", (), {"title": "A & B"})
-    class_page.write(place, assignment, MARKS, GradingSettings(IsolationLevel("bwrap")))
+    class_page.write(place, assignment, MARKS, GradingSettings("bwrap"))
     return place
 
 

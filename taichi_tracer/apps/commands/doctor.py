@@ -71,5 +71,5 @@ def isolation_fact() -> Fact:
         from taichi_tracer.teaching.grading import isolate
     except ModuleNotFoundError:
         return name, "none: there is no taichi_tracer/teaching", False, remedy
-    works = [str(one) for one in isolate.candidates() if isolate.problem_of(one) is None]
-    return name, "; ".join(works) or "none works here", any("bwrap" in one for one in works), remedy
+    works = [level for level in isolate.LEVELS if isolate.problem_of(level) is None]
+    return name, "; ".join(works) or "none works here", "bwrap" in works, remedy

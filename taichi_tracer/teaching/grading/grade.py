@@ -3,28 +3,32 @@
 The grader never loads a submission's code. It sends inputs to the submission's process, compares the numbers that come
 back with those of the solution, and starts the process anew if a part ends it.
 
-The solution runs in a process of its own, too, so that Taichi never runs in the grader's. Its answers depend on the
-assignment, the package and the seed alone. They are computed once and kept in the user's cache, beside the compiled
-kernels, of which every submission gets a copy.
+The solution runs in a process of its own, too, without limits, so that Taichi never runs in the grader's. Its answers
+depend on the assignment, the package and the seed alone. They are computed once and kept in the user's cache, beside
+the compiled kernels, of which every submission gets a copy.
 """
 
 import contextlib
 import hashlib
 import math
+import os
+import signal
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import cached_property
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import taichi_tracer
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, checking, running
 from taichi_tracer.teaching.base import (
     CRASHED,
     DIGITS,
@@ -47,7 +51,6 @@ from taichi_tracer.teaching.base import (
 from taichi_tracer.teaching.grading import submissions
 from taichi_tracer.teaching.grading.isolate import (
     SECONDS_TO_LOAD,
-    IsolationLevel,
     Limits,
     SubmissionProcess,
     WorkerEnded,
@@ -124,8 +127,7 @@ def to_json(value: Any) -> Any:
 # ── the solution's answers ──
 
 
-SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
-TRUSTED = IsolationLevel("limits")
+SECONDS_TO_FIND = 600.0  # of the processor, after which the search for mistakes is given up
 
 
 class Reference(contextlib.AbstractContextManager):
@@ -144,14 +146,16 @@ class Reference(contextlib.AbstractContextManager):
         self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
         self.kernels = self.folder / "cache"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
-        self._child: SubmissionProcess | None = None
-        self._lock = threading.Lock()
+        self.solution = self._new_process()
         self.running: set[SubmissionProcess] = set()
         self.is_stopped = False
 
+    def _new_process(self) -> ProcessPoolExecutor:
+        """The process of the solution, which starts when it is first asked."""
+        return ProcessPoolExecutor(1, get_context("spawn"), start_solution, (str(self.kernels),))
+
     def __exit__(self, *_error) -> None:
-        with self._lock:
-            self._end()
+        self.solution.shutdown()
 
     def stop(self) -> None:
         """End the processes of hand-ins; those that are started from now on end at once."""
@@ -169,55 +173,50 @@ class Reference(contextlib.AbstractContextManager):
         path = self.folder / f"expected-{self.seed}.npz"
         found = parted(arrays_in(path) or {})
         if found.keys() != self.inputs.keys():
-            with self._lock:
-                found = {part.name: self._answer(part) for part in self.assignment.parts}
-                self._end()  # so that its kernels are written
+            self.kernels.mkdir(parents=True, exist_ok=True)
+            try:
+                found = self.solution.submit(answers_of_solution, self.assignment.folder, self.seed).result()
+            except BrokenExecutor:
+                raise InputError(f"assignment {self.assignment.name}: the solution ends its process") from None
+            self.solution.shutdown()  # so that its kernels are written
+            self.solution = self._new_process()
             keep_arrays(path, joined(found))
         return found
 
     def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
         """What is probably wrong with the answers to a part; see ``PartResult.findings``."""
-        arrays = joined({"answers": answers, "expected": self.expected[part.name]})
-        request = {"do": "find", "part": part.name, "seed": self.seed}
-        with self._lock:
-            try:
-                reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)
-            except WorkerEnded:  # the marks do not depend on it
-                self._child = None
-                return ()
-        return tuple(reply["findings"])
-
-    def _answer(self, part: Part) -> Arrays:
+        asked = self.assignment.folder, part.name, self.seed, answers, self.expected[part.name]
+        solution = self.solution
         try:
-            reply, arrays = self._trusted().ask({"do": "run", "part": part.name}, self.inputs[part.name])
-        except WorkerEnded as error:
-            self._child = None
-            raise InputError(f"the solution of {part.name} ends its process: {error}") from None
-        if reply["status"] != OK:
-            where = f"assignment {self.assignment.name}: the solution of {part.name}"
-            raise InputError(f"{where} is {reply['status']}: {reply['message']}")
-        return arrays
+            return tuple(solution.submit(findings_on, *asked).result())
+        except BrokenExecutor:  # the marks do not depend on it
+            self.solution = self._new_process() if self.solution is solution else self.solution
+            return ()
 
-    def _trusted(self) -> SubmissionProcess:
-        """The process of the solution, which is started when it is first needed."""
-        if self._child is None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            child = SubmissionProcess(None, TRUSTED, None, keep=self.folder)
-            try:
-                child.ask({"do": "load", "assignment": str(self.assignment.folder)}, wall=SECONDS_TO_LOAD)
-            except WorkerEnded as error:
-                child.end()
-                name = self.assignment.name
-                raise InputError(
-                    f"assignment {name}: the solution cannot be run: {error} {child.output[-300:]}"
-                ) from None
-            self._child = child
-        return self._child
 
-    def _end(self) -> None:
-        if self._child is not None:
-            self._child.end()
-            self._child = None
+def start_solution(kernels: str) -> None:
+    """Start Taichi in the solution's process, which keeps its compiled kernels in a folder."""
+    from taichi_tracer.teaching.grading import worker  # here, because Windows has no ``resource``
+
+    worker.take_limits({})
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the grader
+    os.environ["TI_OFFLINE_CACHE_FILE_PATH"] = kernels
+    runtime.init(arch="cpu", threads=1)
+
+
+def answers_of_solution(folder: Path, seed: int) -> dict[str, Arrays]:
+    """Part → what the solution answers, in its process."""
+    assignment = catalogue.load(folder)
+    return {part.name: running.expected(assignment, part, assignment.inputs(part, seed)) for part in assignment.parts}
+
+
+def findings_on(folder: Path, name: str, seed: int, answers: Arrays, expected: Arrays) -> list[dict]:
+    """What is probably wrong with the answers to the part of this name; see ``checking.find``."""
+    from taichi_tracer.teaching.grading import worker
+
+    worker.allow_cpu(SECONDS_TO_FIND)
+    assignment = catalogue.load(folder)
+    return checking.find(assignment, assignment.part(name), seed, answers, expected)
 
 
 def fingerprint(assignment: Assignment) -> str:
@@ -245,7 +244,7 @@ class GradingSettings:
         finds: whether wrong answers are explained.
     """
 
-    level: IsolationLevel
+    level: str
     limits: Limits = Limits()
     seed: int = 1
     jobs: int = 1
@@ -394,7 +393,7 @@ class Runner(contextlib.AbstractContextManager):
             raise self._bad
         given, reference = self.reference.assignment.folder, self.reference
         self._child = SubmissionProcess(
-            self.folder, self.settings.level, self.settings.limits, reference.kernels, assignment=given
+            self.settings.level, self.settings.limits, self.folder, reference.kernels, assignment=given
         )
         reference.running.add(self._child)
         if reference.is_stopped:

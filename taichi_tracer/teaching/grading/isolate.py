@@ -4,20 +4,16 @@
 process sends is trusted: an answer is a message, see ``unpack``, with the ticket of its request; prints are cut.
 docs/teaching_security.md says what each level stops:
 
-    limits      limits of time, memory, files and processes
+    limits      limits of time, memory, files and processes; if the grader is root, as a user of its own
     bwrap       limits; and another file system, no network, no other processes, made by the program bubblewrap
     container   the same, made by podman or docker from the teacher's image
-
-A grader that is root runs every hand-in as another user.
 """
 
 import contextlib
 import io
 import json
-import math
 import os
 import secrets
-import select
 import shutil
 import signal
 import struct
@@ -26,6 +22,9 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
+from concurrent import futures
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -34,15 +33,11 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import VARIABLE, Arrays, cache_folder
+from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.catalogue import SHIPPED
 
-LEVELS = ("bwrap", "limits")  # the stronger first
-NOT_STOPPED = {
-    "bwrap": "using a hole in the system's kernel, reading the solution's methods",
-    "limits": "reading your files, changing and deleting files, filling the disk, using the network, "
-    "ending your processes, and what bwrap does not stop",
-}
+OTHER_USER, CONTAINER = "limits, as a user of its own", "container "  # before the name of its image
+LEVELS = ("bwrap", OTHER_USER, "limits")  # the stronger first
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
 IN_CONTAINER = "/kit"  # where the package is there
 WORK = "/walled"  # the folder of an isolated hand-in; no other folder has this name
@@ -80,23 +75,6 @@ class Limits:
     processes: int = 96
     files: int = 256
     output: int = 16 << 10
-
-
-@dataclass(frozen=True)
-class IsolationLevel:
-    """How hand-ins are walled in.
-
-    Attributes:
-        name: one of ``LEVELS``, or "container". user: whether each runs as a user of its own, as the grader is root.
-        image: of the container.
-    """
-
-    name: str
-    user: bool = False
-    image: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.name}, as a user of its own" if self.user else f"{self.name} {self.image}".strip()
 
 
 @dataclass(eq=False)
@@ -138,42 +116,38 @@ def unpack(message: bytes) -> tuple[dict, Arrays]:
 
 
 class SubmissionProcess:
-    """A process that runs a hand-in, or the solution.
+    """A process that runs a hand-in.
 
     Args:
-        files: a folder whose files the process gets as a copy, in the folder "submission"; None for the solution.
-        level: the isolation. limits: None lets the process use what it wants, for the solution only.
+        level: the isolation: one of ``LEVELS``, or "container IMAGE". limits: what the hand-in may use.
+        files: a folder whose files the process gets as a copy, in the folder "submission"; None for none.
         kernels: a folder with compiled kernels, of which the process gets a copy; None for none.
-        keep: a folder that is used instead of a temporary one, and stays.
         assignment: a folder of which the process gets a copy in the folder "assignment", without the known mistakes.
     """
 
     def __init__(
         self,
-        files: Path | None,
-        level: IsolationLevel,
-        limits: Limits | None = None,
+        level: str,
+        limits: Limits,
+        files: Path | None = None,
         kernels: Path | None = None,
-        keep: Path | None = None,
         assignment: Path | None = None,
     ) -> None:
-        self.limits, self.level, self.printed, self._received = limits, level, b"", bytearray()
-        self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
+        self.limits, self.level, self._printed = limits, level, b""
+        self._threads: list[threading.Thread] = []
         self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
-        self.given = str(keep or self._temporary.name)
-        self.folder = self.given if level.name == "limits" else WORK  # in which the hand-in may write
-        self._name = os.path.basename(self._temporary.name)
+        self.given = self._temporary.name
+        self.folder = self.given if level.startswith("limits") else WORK  # in which the hand-in may write
         copies = {"submission": files, f"assignment/{assignment and assignment.name}": assignment, "cache": kernels}
         for name, source in copies.items():
             if source is not None:
                 without = shutil.ignore_patterns("mistakes.py", "__pycache__") if source is assignment else None
                 shutil.copytree(source, f"{self.given}/{name}", symlinks=True, ignore=without)
-        if level.name == "container":
+        user = USER + secrets.randbelow(10_000_000) if level == OTHER_USER else None
+        if user is not None:
+            subprocess.run(["chown", "-R", f"{user}:{user}", self.given], check=True)
+        if level.startswith(CONTAINER):
             os.chmod(self.given, 0o755)  # its user is another one
-        user = USER + secrets.randbelow(10_000_000) if level.user else None
-        for place, folders, names in os.walk(self.given) if level.user else ():
-            for name in (".", *folders, *names):
-                os.chown(os.path.join(place, name), user, user, follow_symlinks=False)
         self._process = subprocess.Popen(
             self._command(),
             bufsize=0,
@@ -181,32 +155,28 @@ class SubmissionProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             cwd="/",
-            env=environment(self.folder, is_trusted=limits is None),
+            env=environment(self.folder),
             start_new_session=True,
             user=user,
             group=user,
             extra_groups=None if user is None else [],
         )
-        self._reader = threading.Thread(target=self._read_prints, daemon=True)
-        self._reader.start()
+        self._start(self._read_prints)
 
     def _command(self) -> list[str]:
         """The words that start the isolated process."""
-        is_container = self.level.name == "container"
-        paths = [IN_CONTAINER] if is_container else python_path()
-        place = f"sys.path[:{0 if is_container else ''}] = {paths!r}"
-        limits = {} if self.limits is None else asdict(self.limits)
-        if limits and not (self.level.user or self.level.name == "bwrap"):
+        is_container = self.level.startswith(CONTAINER)
+        place = f"sys.path[:{0 if is_container else ''}] = {[IN_CONTAINER] if is_container else python_path()!r}"
+        limits = asdict(self.limits)
+        if self.level not in ("bwrap", OTHER_USER):
             limits["processes"] += OF_OTHERS
         start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
         start += "from taichi_tracer.teaching.grading import worker; worker.main(*sys.argv[1:])"
-        python = (
-            "python3" if is_container else os.path.abspath(sys.executable)
-        )  # when isolated, no folder before a ".."
+        python = "python3" if is_container else os.path.abspath(sys.executable)  # no folder before a ".." in bwrap
         words = [python, "-c", start, self.given, self.folder, json.dumps(limits)]
         if is_container:
-            return [*container_words(self.level.image, self.given, self._name, self.limits or Limits()), *words]
-        return [*bwrap_words(self.given), *words] if self.level.name == "bwrap" else words
+            return [*container_words(self.level.removeprefix(CONTAINER), self.given, self.limits), *words]
+        return [*bwrap_words(self.given), *words] if self.level == "bwrap" else words
 
     def ask(self, message: dict, arrays: Arrays | None = None, wall: float | None = None) -> tuple[dict, Arrays]:
         """Send a request, see ``worker``, and wait for its answer.
@@ -217,68 +187,62 @@ class SubmissionProcess:
         Raises:
             WorkerEnded: the process has ended, was too slow, or sent something else. It is ended then.
         """
-        ticket, limits = secrets.token_hex(8), self.limits
-        wall = wall if wall is not None else limits.wall if limits else math.inf
-        data, end = pack({**message, "ticket": ticket}, arrays or {}), time.monotonic() + wall
+        ticket, answer = secrets.token_hex(8), Future[bytes]()
+        wall = wall or self.limits.wall
+        end, request = time.monotonic() + wall, pack({**message, "ticket": ticket}, arrays or {})
+        self._start(self._exchange, request, answer)
         try:
-            threading.Thread(target=self._send, args=(data,), daemon=True).start()
-            (size,) = SIZE.unpack(self._receive(SIZE.size, end))
-            if size > MOST_BYTES:
-                raise ValueError("it is too large")
-            reply, found = unpack(self._receive(size, end))
-            if self._received or reply.pop("ticket", None) != ticket:
-                raise ValueError("its ticket is wrong, or more than one came")
+            while not futures.wait([answer], POLL).done:
+                self._look()
+                if time.monotonic() > end:
+                    raise WorkerEnded(f"no answer came within {wall:g} seconds", is_late=True)
+            if not answer.result():
+                raise self._why_it_ended()
+            reply, found = unpack(answer.result())
+            if reply.pop("ticket", None) != ticket:
+                raise ValueError("its ticket is wrong")
             return reply, found
         except Exception as error:
             self.end()
-            if isinstance(error, TimeoutError):
-                raise WorkerEnded(f"no answer came within {wall:g} seconds", is_late=True) from None
             if isinstance(error, WorkerEnded):
                 raise
             raise WorkerEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
 
-    def _send(self, data: bytes) -> None:
-        """Write a request; a process that does not read it lets this thread wait until it is ended."""
-        rest = memoryview(data)
-        with contextlib.suppress(OSError, ValueError):
-            while rest:
-                rest = rest[self._process.stdin.write(rest) :]
+    def _start(self, work: Callable, *arguments: object) -> None:
+        """Let a thread wait for the process; none of them outlives this one."""
+        self._threads.append(threading.Thread(target=work, args=arguments, daemon=True))
+        self._threads[-1].start()
 
-    def _receive(self, size: int, end: float) -> bytes:
-        """So many bytes, while memory and processes are watched."""
-        look = 0.0
-        while len(self._received) < size:
-            if time.monotonic() > end:
-                raise TimeoutError
-            if self.limits is not None and time.monotonic() > look:
-                self._look(self.limits)
-                look = time.monotonic() + POLL
-            if select.select([self._process.stdout], [], [], POLL)[0]:
-                data = os.read(self._process.stdout.fileno(), CHUNK)
-                if not data:
-                    raise self._why_it_ended()
-                self._received += data
-        message, self._received = bytes(self._received[:size]), self._received[size:]
-        return message
+    def _exchange(self, request: bytes, answer: Future) -> None:
+        """Write a request, and read what answers it: nothing if the process ends, and no more than is allowed."""
+        message = b""
+        with contextlib.suppress(OSError, ValueError, struct.error):
+            with open(self._process.stdin.fileno(), "wb", closefd=False) as requests:
+                requests.write(request)
+            with open(self._process.stdout.fileno(), "rb", closefd=False) as answers:
+                (size,) = SIZE.unpack(answers.read(SIZE.size))
+                message = answers.read(size if size <= MOST_BYTES else 1)
+        answer.set_result(message)
 
-    def _look(self, limits: Limits) -> None:
+    def _look(self) -> None:
         """Raise WorkerEnded if the processes use more than their limits."""
         found = below(self._process.pid)
-        if len(found) > limits.processes:
-            raise WorkerEnded(f"it started {len(found)} processes, of which {limits.processes} are allowed")
-        if sum(found.values()) > limits.resident:
-            raise WorkerEnded(f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory")
+        if len(found) > self.limits.processes:
+            raise WorkerEnded(f"it started {len(found)} processes, of which {self.limits.processes} are allowed")
+        if sum(found.values()) > self.limits.resident:
+            raise WorkerEnded(f"the processes used more than {self.limits.resident / 2**30:.3g} GiB of memory")
 
     def _read_prints(self) -> None:
         """Read what is printed, and keep the first part."""
         with contextlib.suppress(OSError, ValueError):
             while data := self._process.stderr.read(CHUNK):
-                self.printed = (self.printed + data)[: self._room + 1]
+                self._printed = (self._printed + data)[: self.limits.output + 1]
 
     @property
     def output(self) -> str:
         """What was printed, cut."""
-        return self.printed[: self._room].decode(errors="replace") + "\n… (cut)" * (len(self.printed) > self._room)
+        most = self.limits.output
+        return self._printed[:most].decode(errors="replace") + "\n… (cut)" * (len(self._printed) > most)
 
     def _why_it_ended(self) -> WorkerEnded:
         """The error for a process that has closed its pipe."""
@@ -286,34 +250,32 @@ class SubmissionProcess:
             self._process.wait(SECONDS_TO_END)
         code = self._process.poll() or 0
         how = next((one.name for one in signal.Signals if one in (-code, code - 128)), f"exit code {code}")
-        if how == "SIGXCPU" and self.limits is not None:
+        if how == "SIGXCPU":
             return WorkerEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
         return WorkerEnded(f"the process ended ({how})")
 
     def hurry(self) -> None:
         """End every process; ``ask`` raises WorkerEnded then. Any thread may call this."""
         for _ in range(50):  # they may start more meanwhile
-            if not (found := below(self._process.pid)):
-                break
+            found = below(self._process.pid)
             for process in found:
                 with contextlib.suppress(OSError):
                     os.kill(process, signal.SIGKILL)
+            if not found:
+                break
         with contextlib.suppress(OSError):
             os.killpg(self._process.pid, signal.SIGKILL)
-        if self.level.name == "container":
-            subprocess.run([engine(), "kill", self._name], capture_output=True, check=False)
+        if self.level.startswith(CONTAINER):
+            subprocess.run([engine(), "kill", os.path.basename(self.given)], capture_output=True, check=False)
 
     def end(self) -> None:
         """End the process and everything that it started, and remove its folder."""
         if self._process.stdout.closed:
             return
-        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
-            if self.limits is None:  # the solution's process writes its compiled kernels when no request can come
-                self._process.stdin.close()
-                self._process.wait(SECONDS_TO_END)
         self.hurry()
         self._process.wait()
-        self._reader.join(1)
+        for thread in self._threads:
+            thread.join(1)
         for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
             pipe.close()
         self._temporary.cleanup()
@@ -353,11 +315,10 @@ def readable() -> tuple[str, ...]:
     return tuple(places | {os.path.realpath(p) for p in places})
 
 
-def environment(folder: str, is_trusted: bool) -> dict[str, str]:
+def environment(folder: str) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     return kept | {
-        **({VARIABLE: str(cache_folder().parent)} if is_trusted else {}),
         "HOME": folder,
         "TMPDIR": f"{folder}/tmp",
         "TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/cache",
@@ -388,15 +349,16 @@ def engine() -> str:
     return found
 
 
-def container_words(image: str, given: str, name: str, limits: Limits) -> list[str]:
+def container_words(image: str, given: str, limits: Limits) -> list[str]:
     """The words that run a program in a container, which has this package, and Python and libraries of its own."""
-    words = [engine(), "run", "--rm", "--interactive", "--name", name, "--network", "none", "--read-only"]
+    words = [engine(), "run", "--rm", "--interactive", "--name", os.path.basename(given)]
+    words += ["--network", "none", "--read-only"]
     words += ["--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--user", NOBODY, "--workdir", "/"]
     words += ["--memory", str(limits.resident), "--pids-limit", str(limits.processes)]
     words += ["--tmpfs", f"{WORK}:rw,exec,mode=1777,size={DISK}", "--volume", f"{given}:{given}:ro"]
     words += ["--volume", f"{PACKAGE}:{IN_CONTAINER}/{PACKAGE.name}:ro"]
     words += ["--tmpfs", f"{IN_CONTAINER}/{SHIPPED.relative_to(PACKAGE.parent)}"]
-    for variable, value in environment(WORK, is_trusted=False).items():
+    for variable, value in environment(WORK).items():
         words += [] if variable in KEPT_VARIABLES else ["--env", f"{variable}={value}"]
     return [*words, image]
 
@@ -405,10 +367,10 @@ def container_words(image: str, given: str, name: str, limits: Limits) -> list[s
 
 
 @cache
-def problem_of(level: IsolationLevel) -> str | None:
+def problem_of(level: str) -> str | None:
     """Why a level does not work on this machine, in one line; None if it works. It is tried."""
     try:
-        child = SubmissionProcess(None, level, Limits())
+        child = SubmissionProcess(level, Limits())
         child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
         child.end()
     except OSError:
@@ -419,14 +381,8 @@ def problem_of(level: IsolationLevel) -> str | None:
     return None
 
 
-def candidates() -> list[IsolationLevel]:
-    """Every level, the strongest first. Bubblewrap stops more than a user of its own does."""
-    users = (True, False) if hasattr(os, "geteuid") and os.geteuid() == 0 else (False,)
-    return [IsolationLevel(name, user) for name in LEVELS for user in users]
-
-
 @cache
-def best_level(trust: bool = False, image: str = "") -> IsolationLevel:
+def best_level(trust: bool = False, image: str = "") -> str:
     """The strongest level that works on this machine.
 
     Args:
@@ -437,10 +393,9 @@ def best_level(trust: bool = False, image: str = "") -> IsolationLevel:
     """
     if os.name != "posix":
         raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
-    for level in [IsolationLevel("container", image=image)] if image else candidates():
-        if level.name != "limits" or trust:
-            problem = problem_of(level)
-            if problem is None:
-                return level
+    for level in [CONTAINER + image] if image else LEVELS[: 3 if trust else 1]:
+        problem = problem_of(level)
+        if problem is None:
+            return level
     advice = "" if trust or image else "; for submissions that you would run yourself: --trust (in Python: trust=True)"
     raise InputError(f"submissions cannot be isolated: {problem}{advice}")

@@ -7,16 +7,9 @@ The grader starts it (``isolate.SubmissionProcess``), sends requests, and reads 
     {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays
     {"do": "run", "part", "mended": names} and arrays   → the same, with the solution's methods of these parts
 
-A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
-wrong answer, too:
-
-    {"do": "find", "part", "seed"} and arrays → {"findings": [{"names", "text", "hint"}]}
-
-The arrays of this request are called "answers/NAME" and "expected/NAME". Every answer has the "ticket"
-of its request.
+Every answer has the "ticket" of its request.
 """
 
-import atexit
 import contextlib
 import ctypes
 import json
@@ -29,7 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.teaching import base, catalogue, checking, running
+from taichi_tracer.teaching import catalogue, running
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.grading.isolate import SIZE, pack, unpack
 
@@ -54,9 +47,8 @@ class Work:
         """Load the solution, and then the hand-in."""
         self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
-        self.solution = self.student = running.solution_of(self.assignment)
-        if message.get("folder"):
-            self.student = running.load_submission(Path(message["folder"]).resolve(), self.assignment)
+        self.solution = running.solution_of(self.assignment)
+        self.student = running.load_submission(Path(message["folder"]).resolve(), self.assignment)
         return {}, {}
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -81,20 +73,13 @@ class Work:
                 classes[part.replaces] = type(cls.__name__, (cls,), method)
         return replace(self.student, together=classes)
 
-    def find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
-        """Which known mistakes give these answers."""
-        groups: dict[str, Arrays] = {"answers": {}, "expected": {}} | base.parted(arrays)
-        part = self.assignment.part(message["part"])
-        found = checking.find(self.assignment, part, message["seed"], groups["answers"], groups["expected"])
-        return {"findings": found}, {}
-
 
 def main(given: str, folder: str, limits: str) -> None:
     """Take the limits, go into the folder, and answer requests until the grader closes the pipe.
 
     Args:
         given: the folder with the files. folder: where they are copied, if it is another one.
-        limits: the fields of ``isolate.Limits`` as JSON; none for the solution.
+        limits: the fields of ``isolate.Limits`` as JSON.
     """
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
@@ -105,12 +90,11 @@ def main(given: str, folder: str, limits: str) -> None:
     for name in ("tmp", "cache"):
         os.makedirs(f"{folder}/{name}", exist_ok=True)
     os.chdir(folder)
-    work, seconds = Work(), json.loads(limits).get("cpu")
+    work = Work()
     while size := requests.read(SIZE.size):
         message, arrays = unpack(requests.read(*SIZE.unpack(size)))
         ticket = {"ticket": message["ticket"]}
-        if seconds is not None:
-            allow_cpu(seconds)
+        allow_cpu(json.loads(limits)["cpu"])
         facts, found = getattr(work, message["do"])(message, arrays)
         try:
             data = pack(facts | ticket, found)
@@ -120,13 +104,15 @@ def main(given: str, folder: str, limits: str) -> None:
             sys.stdout.flush()
         answers.write(data)
         answers.flush()
-    if seconds is None:
-        atexit._run_exitfuncs()  # Taichi writes its compiled kernels then
     os._exit(0)
 
 
 def take_limits(limits: dict) -> None:
-    """The limits that hold for this process and for those that it starts; none of them can be raised again."""
+    """The limits that hold for this process and for those that it starts; none of them can be raised again.
+
+    Args:
+        limits: the fields of ``isolate.Limits``; empty for the solution's process, which only ends with the grader.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)  # so that no process that it starts leaves it
