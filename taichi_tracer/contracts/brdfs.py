@@ -1,6 +1,6 @@
 """What every BRDF must do: a density that is that of its samples, the light of one sample, reciprocity, energy.
 
-All directions leave the surface and have unit length. Each check takes a registered BRDF and tries it on every material
+All directions leave the surface and have unit length. Each check takes the ``Bench`` of a BRDF and tries every material
 of ``trial_materials`` that it describes, with viewers from right above to grazing, about normals in several directions.
 """
 
@@ -113,12 +113,11 @@ def steps(brdf):
     return check_values_are_finite, check_reaches_all, check_sample_follows_pdf, check_reciprocity
 
 
-def check_sample_follows_pdf(brdf):
+def check_sample_follows_pdf(bench):
     """The samples are those of pdf, ∫ pdf = 1, weight = f cos/pdf, and ∫ f cos is at most 1, and what samples find.
 
     The level of each χ² is that of ``sidak`` for all of them together.
     """
-    bench = Bench(brdf)
     cases = list(bench.cases())
     for i, (which, w_o, n, what) in enumerate(cases):
 
@@ -147,9 +146,8 @@ def check_sample_follows_pdf(brdf):
         )
 
 
-def check_values_are_finite(brdf):
+def check_values_are_finite(bench):
     """f_r, pdf, samples and weights are finite, and none is negative, on either side of the horizon."""
-    bench = Bench(brdf)
     corner = np.float32(1) - np.float32(2**-24)
     corners = np.array([[0, 0], [0, corner], [corner, 0], [corner, corner], [0.5, 0]])
     xi, around = np.concatenate([corners, uniform_pairs(200, seed=5)]), directions_everywhere(500)
@@ -171,11 +169,10 @@ def check_values_are_finite(brdf):
                     raise AssertionError(f"{what.partition(', n·w_o')[0]}, {asked}: {name} is {value[k]}")
 
 
-def check_reaches_all(brdf):
+def check_reaches_all(bench):
     """Where f_r cos θ is positive, pdf is, too, if the BRDF promises it."""
-    if not brdf.reaches_all:
+    if not bench.brdf.reaches_all:
         return
-    bench = Bench(brdf)
     for which, w_o, n, what in bench.cases():
         near = 2 * (n @ w_o) * n - w_o + 0.1 * directions_everywhere(500, seed=4)  # around the mirrored direction
         near /= np.linalg.norm(near, axis=1, keepdims=True)
@@ -188,11 +185,10 @@ def check_reaches_all(brdf):
         assert not lost.any(), f"{what}: reflects from {at(n, 'w_i', w_i[lost][0])}, but its pdf is 0 there"
 
 
-def check_reciprocity(brdf):
+def check_reciprocity(bench):
     """f_r(w_o, w_i) = f_r(w_i, w_o) above the horizon, where the BRDF promises it."""
-    if not brdf.is_reciprocal:
+    if not bench.brdf.is_reciprocal:
         return
-    bench = Bench(brdf)
     for which, w_o, n, what in bench.cases():
         w_i = np.concatenate([bench.sample(which, w_o, n, uniform_pairs(500, seed=7)), directions_everywhere(500)])
         w_i = w_i[w_i @ n > 1e-3]
@@ -203,9 +199,8 @@ def check_reciprocity(brdf):
         assert difference.max() < 5 * VALUE_TOLERANCE, message
 
 
-def check_delta(brdf):
+def check_delta(bench):
     """One direction whatever ξ, which turns back into w_o; eval and pdf are 0; no more light leaves than arrives."""
-    bench = Bench(brdf)
     for which, w_o, n, what in bench.cases():
         w_i = bench.sample(which, w_o, n, uniform_pairs(50, seed=1))
         assert np.ptp(w_i, axis=0).max() == 0, f"{what}: a delta BRDF has one direction"
@@ -214,6 +209,6 @@ def check_delta(brdf):
         assert not f.any(), f"{what}: eval of a delta BRDF is 0"
         assert not pdf.any(), f"{what}: pdf of a delta BRDF is 0"
         check_range(f"{what}: weight", weight[0], 0, 1 + 1e-5)
-        if brdf.is_reciprocal:
+        if bench.brdf.is_reciprocal:
             back = bench.sample(which, w_i[0], n, uniform_pairs(1, seed=1))[0]
             assert np.abs(back - w_o).max() < 1e-5, f"{what}: {w_i[0]} does not reflect back into w_o, but into {back}"

@@ -16,7 +16,6 @@ from taichi_tracer.contracts import (
     lamp_choices,
     lights,
     samplers,
-    tones,
     triangle_tests,
     views,
 )
@@ -38,13 +37,13 @@ def checks_of(part: Any) -> list[partial]:
     if part.kind == "environment":
         return checks_of_environment(part)
     kinds: dict[str, Callable[[], Any]] = {
-        "BRDF": lambda: (part, brdfs.steps(part) if brdfs.described_materials(part) else ()),
+        "BRDF": lambda: (brdfs.Bench(part), brdfs.steps(part)) if brdfs.described_materials(part) else (part, ()),
         "camera": lambda: (part(cameras.WIDTH, cameras.HEIGHT), cameras.STEPS),
         "sampler": lambda: (samplers.bound(part), samplers.STEPS) if hasattr(part, "get_2d") else (part, ()),
         "intersector": lambda: (part, [check_of_intersector(part)]),
         "integrator": lambda: (part, checks_of_integrator(part)),
         "triangle test": lambda: (part, triangle_tests.STEPS),
-        "tone curve": lambda: (part, [tones.check_tone]),
+        "tone curve": lambda: (part, [views.check_tone]),
         "lamp choice": lambda: (part, [lamp_choices.check_lamp_choice]),
     }
     subject, checks = kinds.get(part.kind, lambda: (part, ()))()

@@ -24,8 +24,7 @@ from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
 from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult, agree
 from taichi_tracer.teaching.handout import sealed
-from taichi_tracer.teaching.handout.export import RECORD
-from taichi_tracer.teaching.handout.strip_solution import written
+from taichi_tracer.teaching.handout.export import RECORD, written
 from taichi_tracer.teaching.html_boxes import Report
 from taichi_tracer.teaching.running import (
     OK,

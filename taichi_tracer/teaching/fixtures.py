@@ -17,7 +17,6 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.effects import Effects
-from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.system import memory, runtime
@@ -182,46 +181,6 @@ def bare(cls: type, **attributes: Any) -> Any:
     made = cls.__new__(cls)
     made.__dict__.update(attributes)
     return made
-
-
-@ti.data_oriented
-class PlainIntersector(tt.BruteForceRayIntersector):
-    """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
-
-    name = "plain"
-
-    @ti.func
-    def intersect_triangle(self, ray, triangle_id):
-        """The hit on one triangle, with its position and the error of it."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        is_inside, t, u, v, det = moller_trumbore(ray.origin, ray.direction, v0, v1, v2)
-        hit = tt.no_hit()
-        if is_inside and t > 0 and det != 0:
-            n = self.geometry.unit_normals[triangle_id] * ti.select(det < 0, -1, 1)
-            position, error = self.geometry.position(triangle_id, u, v)
-            hit = tt.HitData(
-                is_hit=1,
-                is_backfacing=det < 0,
-                triangle_id=triangle_id,
-                distance=t,
-                barycentric_coords=tm.vec2(u, v),
-                normal=n,
-                geometric_normal=n,
-                material_id=self.geometry.triangle_material_ids[triangle_id],
-                position=position,
-                position_error=error,
-            )
-        return hit
-
-    @ti.func
-    def query_ray(self, ray):
-        """The nearest hit."""
-        nearest = tt.no_hit()
-        for triangle_id in range(self.geometry.n_triangles):
-            hit = self.intersect_triangle(ray, triangle_id)
-            if hit.is_hit and hit.distance < nearest.distance:
-                nearest = hit
-        return nearest
 
 
 def on_rows(
@@ -434,7 +393,8 @@ def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:
     """A scene from arrays."""
     materials = [tt.Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
     options = {"environment": image} if image.size else {"lamp_choice": tt.MeshLightSampler}
-    options |= {"material": materials, "face_materials": ids, "intersector": PlainIntersector}
+    options |= {"material": materials, "face_materials": ids, "intersector": tt.BruteForceRayIntersector}
+    options |= {"triangle_test": "moller_trumbore"}
     made = tt.scene_from_mesh(vertices, faces, **options)
     if not image.size:
         made.lamps.prepare()

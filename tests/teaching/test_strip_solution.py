@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.handout.strip_solution import written
+from taichi_tracer.teaching.handout.export import written
 
 SOURCE = '''"""A file."""
 

@@ -383,7 +383,7 @@ def make_room(vertices, materials, sky) -> Any:
     made = [tt.Material(Ka=one[:3], Kd=one[3:6], Ks=one[6:9], Km=one[9:12], Ns=40 * one[12]) for one in materials]
     lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
     options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights}
-    options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": fixtures.PlainIntersector}
+    options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": tt.BruteForceRayIntersector}
     return tt.scene_from_mesh(vertices, fixtures.quads(4), **options)
 
 
