@@ -152,11 +152,11 @@ def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) 
         return sealed.answers_of_mistake(assignment, mistake)
     key = (assignment.folder, mistake, seed)
     if key not in _answers:
-        solution, file = solution_of(assignment), assignment.classes[part.replaces]
+        file = assignment.classes[part.replaces]
         with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
             (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
-            changed = load_classes(folder, [file], solution)
-            found = answer(part, changed, solution, assignment.inputs(part, seed), dict(assignment.classes))
+            changed = load_classes(folder, [file], solution_of(assignment))
+            found = answer(assignment, part, changed, assignment.inputs(part, seed))
         _answers[key] = found.arrays if found.status == OK else None
     return _answers[key]
 
@@ -305,7 +305,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
     """Run one part in this process, and judge it; then look for what is wrong."""
     start = time.monotonic()
     inputs = assignment.inputs(part, seed)
-    found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
+    found = answer(assignment, part, student, inputs)
     facts = {"name": part.name, "topic": part.topic, "points": part.points}
     facts["seconds"] = time.monotonic() - start
     if found.status != OK:

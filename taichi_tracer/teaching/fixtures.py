@@ -264,19 +264,9 @@ def members(hit):
     return is_hit, is_backfacing, hit.triangle_id, hit.material_id, hit.distance, hit.barycentric_coords, hit.normal
 
 
-@ti.dataclass
-class PlainMaterial:
-    """The members of a material that the BRDFs of the course read, and the sum of Blinn and Phong."""
-
-    Ka: tm.vec3
-    Km: tm.vec3
-    Kd: tm.vec3
-    Ks: tm.vec3
-    Ke: tm.vec3
-    Ns: tm.vec3.dtype
-    alpha_x: tm.vec3.dtype
-    alpha_y: tm.vec3.dtype
-    F0: tm.vec3
+# The members of a material that the BRDFs of the course read, and the sum of Blinn and Phong.
+COLOURS = dict.fromkeys(("Ka", "Km", "Kd", "Ks", "Ke", "F0"), tm.vec3)
+PlainMaterial = ti.types.struct(**COLOURS, **dict.fromkeys(("Ns", "alpha_x", "alpha_y"), tm.vec3.dtype))
 
 
 @ti.func

@@ -10,7 +10,7 @@ import re
 import sys
 import traceback
 import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,6 @@ class Loaded:
         errors: name of a file that could not be run → why.
         folder: where they come from; None for classes of a notebook.
         is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
-        optional: of a solution, the names of the optional parts; see ``base.Part``.
         failed: class that only optional parts need → why its file could not be run.
         package: the name of the package whose modules the files are.
         reported: messages of parts that gave no answer, which a check has shown.
@@ -57,7 +56,6 @@ class Loaded:
     folder: Path | None = None
     together: dict[str, type] = field(default_factory=dict)
     is_of_course: bool = False
-    optional: frozenset[str] = frozenset()
     failed: dict[str, PartResult] = field(default_factory=dict)
     package: str = ""
     reported: set[str] = field(default_factory=set)
@@ -205,11 +203,10 @@ _SOLUTIONS: dict[Path, Loaded] = {}
 def solution_of(assignment: Assignment) -> Loaded:
     """The classes of the solution; none if the assignment has only its answers."""
     if assignment.is_sealed:
-        return Loaded({}, optional=assignment.optional)
+        return Loaded({})
     folder = assignment.solution_folder
     if folder not in _SOLUTIONS:
         loaded = load_classes(folder, assignment.files)
-        loaded.optional = assignment.optional
         if loaded.errors:
             file, reason = next(iter(loaded.errors.items()))
             raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")
@@ -266,21 +263,17 @@ def has_own_distribution(part: Part, student: Loaded) -> bool:
     return student.is_of_course and part.method == "shade_ray"
 
 
-def answer(
-    part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files: dict[str, str] | None = None
-) -> PartResult:
+def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) -> PartResult:
     """Run a part on the student's classes.
 
-    Args:
-        files: class → file, see ``Assignment.classes``. A class that is missing because its file failed has the message
-            of that failure.
+    A class that is missing because its file failed has the message of that failure.
     """
-    files = files or {}
+    solution, files = solution_of(assignment), assignment.classes
     try:
         if part.replaces == "":
             if student.errors:
                 return next(iter(student.errors.values()))
-            stubs = [name for name in student.stubs() if name not in solution.optional]
+            stubs = [name for name in student.stubs() if name not in assignment.optional]
             if stubs:
                 return PartResult(NOT_WRITTEN, message=f"it needs what is not written yet, such as {stubs[0]}")
             subject: Any = student.namespace(solution)
@@ -348,7 +341,7 @@ def without_the_packages(subject: Any, part: Part) -> contextlib.ExitStack:
 
 
 def beside_the_solution(
-    part: Part, student: Loaded, solution: Loaded, files: dict[str, str]
+    part: Part, student: Loaded, solution: Loaded, files: Mapping[str, str]
 ) -> contextlib.AbstractContextManager:
     """While a part runs, the solution's classes stand in a notebook in place of those that other cells define.
 
@@ -385,8 +378,7 @@ def expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
     """What the solution answers; an InputError if it does not run."""
     if assignment.is_sealed:
         return sealed.answers_to_part(assignment, part, inputs)
-    solution = solution_of(assignment)
-    found = answer(part, solution, solution, inputs, dict(assignment.classes))
+    found = answer(assignment, part, solution_of(assignment), inputs)
     if found.status != OK:
         raise InputError(f"assignment {assignment.name}: the solution of {part.name} fails: {found.message}")
     return found.arrays

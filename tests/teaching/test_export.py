@@ -11,7 +11,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN
 from taichi_tracer.teaching.handout.export import write_folder, write_notebook
-from taichi_tracer.teaching.running import answer, load_submission, solution_of
+from taichi_tracer.teaching.running import answer, load_submission
 
 NAMES = catalogue.names()
 BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)
@@ -69,7 +69,7 @@ def test_every_method_with_a_part_is_a_stub(folders, name):
     student = load_submission(folders[name][0], assignment)
     assert student.errors == {}
     for part in assignment.parts:
-        found = answer(part, student, solution_of(assignment), assignment.inputs(part, 0))
+        found = answer(assignment, part, student, assignment.inputs(part, 0))
         assert found.status == NOT_WRITTEN, part.name
         if part.replaces:
             source = (folders[name][0] / assignment.classes[part.replaces]).read_text(encoding="utf-8")

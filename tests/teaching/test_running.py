@@ -4,7 +4,7 @@ import pytest
 
 from taichi_tracer.course.files import parsed
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.running import answer, load_submission, solution_of
+from taichi_tracer.teaching.running import answer, load_submission
 
 CODE = 'NAME = "Grün"\n'
 
@@ -24,5 +24,5 @@ def test_methods_that_do_nothing_are_not_written(tmp_path):
         )
         part = assignment.part("Camera.compute_matrix")
         student = load_submission(tmp_path, assignment)
-        found = answer(part, student, solution_of(assignment), assignment.inputs(part, 1), dict(assignment.classes))
+        found = answer(assignment, part, student, assignment.inputs(part, 1))
         assert found.status == "not written", body

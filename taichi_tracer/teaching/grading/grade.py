@@ -14,6 +14,7 @@ import math
 import os
 import signal
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
@@ -138,7 +139,7 @@ class Reference(contextlib.AbstractContextManager):
 
     Attributes:
         kernels: the folder with the compiled kernels of the solution.
-        running: the processes of hand-ins. is_stopped: whether these are ended, and no marks are kept.
+        stopped: is set when the processes of hand-ins are to end, and no marks are kept.
     """
 
     def __init__(self, assignment: Assignment, seed: int) -> None:
@@ -147,8 +148,7 @@ class Reference(contextlib.AbstractContextManager):
         self.kernels = self.folder / "cache"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
         self.solution = self._new_process()
-        self.running: set[SubmissionProcess] = set()
-        self.is_stopped = False
+        self.stopped = threading.Event()
 
     def _new_process(self) -> ProcessPoolExecutor:
         """The process of the solution, which starts when it is first asked."""
@@ -156,12 +156,6 @@ class Reference(contextlib.AbstractContextManager):
 
     def __exit__(self, *_error) -> None:
         self.solution.shutdown()
-
-    def stop(self) -> None:
-        """End the processes of hand-ins; those that are started from now on end at once."""
-        self.is_stopped = True
-        for child in list(self.running):
-            child.hurry()
 
     @cached_property
     def expected(self) -> dict[str, Arrays]:
@@ -276,7 +270,7 @@ def grade_class(
                 if watch is not None:
                     watch(marks[one.key])
         except BaseException:
-            reference.stop()
+            reference.stopped.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [marks[one.key] for one in found]
@@ -338,7 +332,7 @@ class Runner(contextlib.AbstractContextManager):
             part = replace(part, judge=replace(part.judge, only_means=True))
         verdict = judged(part, self.reference.inputs[part.name], answers, expected)
         pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
-        is_wanted = self.settings.finds and not self.reference.is_stopped
+        is_wanted = self.settings.finds and not self.reference.stopped.is_set()
         is_explained = is_wanted and verdict.status != RIGHT and part.replaces
         findings = self.reference.find(part, answers) if is_explained else ()
         facts = {"first_wrong": to_json(verdict.first_wrong), "findings": tuple(to_json(findings))}
@@ -384,7 +378,7 @@ class Runner(contextlib.AbstractContextManager):
                 return child.ask(request, self.reference.inputs[part.name])
             except WorkerEnded as error:
                 self._end()
-                if is_first or error.is_late or self.reference.is_stopped:
+                if is_first or error.is_late or self.reference.stopped.is_set():
                     raise
 
     def _start(self) -> SubmissionProcess:
@@ -393,11 +387,8 @@ class Runner(contextlib.AbstractContextManager):
             raise self._bad
         given, reference = self.reference.assignment.folder, self.reference
         self._child = SubmissionProcess(
-            self.settings.level, self.settings.limits, self.folder, reference.kernels, assignment=given
+            self.settings.level, self.settings.limits, self.folder, reference.kernels, given, reference.stopped
         )
-        reference.running.add(self._child)
-        if reference.is_stopped:
-            self._child.hurry()
         request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
         try:
             self._child.ask(request, wall=SECONDS_TO_LOAD)
@@ -411,7 +402,6 @@ class Runner(contextlib.AbstractContextManager):
     def _end(self) -> None:
         if self._child is not None:
             self._child.end()
-            self.reference.running.discard(self._child)
             self.printed += clean(self._child.output, LONGEST_PRINT - len(self.printed), lines=True)
             self._child = None
 

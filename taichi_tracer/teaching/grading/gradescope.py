@@ -16,6 +16,7 @@ from taichi_tracer.files.disk import check_place, replace_file, scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
 from taichi_tracer.teaching.grading.grade import Mark, to_json
+from taichi_tracer.teaching.html_boxes import lines_of
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
@@ -89,15 +90,7 @@ def test(number: int, part: PartResult) -> dict:
 
 def feedback_on(part: PartResult) -> str:
     """What a student reads about a part, in Markdown."""
-    lines = [f"**{part.status}**: {escaped(part.message)}"]
-    if part.first_wrong:
-        lines.append("The first wrong answer:")
-        for whose, values in part.first_wrong.items():
-            numbers = ", ".join(f"{name} = {value}" for name, value in values.items())
-            lines.append(f"- {whose}: {escaped(numbers)}")
-    lines += [escaped(finding["text"]) for finding in part.findings]
-    lines += [f"Hint: {escaped(finding['hint'])}" for finding in part.findings[:1] if finding["hint"]]
-    return "\n\n".join(lines)
+    return "\n\n".join([f"**{part.status}**", *(escaped(line.strip()) for line in lines_of(part)[1:])])
 
 
 def escaped(text: str) -> str:

@@ -123,6 +123,7 @@ class SubmissionProcess:
         files: a folder whose files the process gets as a copy, in the folder "submission"; None for none.
         kernels: a folder with compiled kernels, of which the process gets a copy; None for none.
         assignment: a folder of which the process gets a copy in the folder "assignment", without the known mistakes.
+        stopped: is set when the process is to end, whatever it does.
     """
 
     def __init__(
@@ -132,8 +133,9 @@ class SubmissionProcess:
         files: Path | None = None,
         kernels: Path | None = None,
         assignment: Path | None = None,
+        stopped: threading.Event | None = None,
     ) -> None:
-        self.limits, self.level, self._printed = limits, level, b""
+        self.limits, self.level, self._printed, self._stopped = limits, level, b"", stopped or threading.Event()
         self._threads: list[threading.Thread] = []
         self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
         self.given = self._temporary.name
@@ -194,6 +196,8 @@ class SubmissionProcess:
         try:
             while not futures.wait([answer], POLL).done:
                 self._look()
+                if self._stopped.is_set():
+                    raise WorkerEnded("the grader was stopped")
                 if time.monotonic() > end:
                     raise WorkerEnded(f"no answer came within {wall:g} seconds", is_late=True)
             if not answer.result():
@@ -254,8 +258,10 @@ class SubmissionProcess:
             return WorkerEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
         return WorkerEnded(f"the process ended ({how})")
 
-    def hurry(self) -> None:
-        """End every process; ``ask`` raises WorkerEnded then. Any thread may call this."""
+    def end(self) -> None:
+        """End the process and everything that it started, and remove its folder."""
+        if self._process.stdout.closed:
+            return
         for _ in range(50):  # they may start more meanwhile
             found = below(self._process.pid)
             for process in found:
@@ -267,12 +273,6 @@ class SubmissionProcess:
             os.killpg(self._process.pid, signal.SIGKILL)
         if self.level.startswith(CONTAINER):
             subprocess.run([engine(), "kill", os.path.basename(self.given)], capture_output=True, check=False)
-
-    def end(self) -> None:
-        """End the process and everything that it started, and remove its folder."""
-        if self._process.stdout.closed:
-            return
-        self.hurry()
         self._process.wait()
         for thread in self._threads:
             thread.join(1)

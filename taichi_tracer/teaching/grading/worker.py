@@ -22,6 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from taichi_tracer.system import runtime
 from taichi_tracer.teaching import catalogue, running
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.grading.isolate import SIZE, pack, unpack
@@ -34,30 +35,25 @@ class Work:
 
     assignment: Any = None
     student: Any = None
-    solution: Any = None
 
     def hello(self, _message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
-        """Start Taichi."""
-        from taichi_tracer.system import runtime
-
-        runtime.init(arch="cpu", threads=1)
+        """Taichi is running."""
         return {}, {}
 
-    def load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+    def load(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
         """Load the solution, and then the hand-in."""
-        self.hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
-        self.solution = running.solution_of(self.assignment)
+        running.solution_of(self.assignment)
         self.student = running.load_submission(Path(message["folder"]).resolve(), self.assignment)
         return {}, {}
 
     def run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Run one part."""
-        part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
+        part = self.assignment.part(message["part"])
         if not running.is_asked(part, self.student, self.assignment):
             return {"status": running.NOT_ASKED}, {}
         student = self.mended(message["mended"]) if message.get("mended") else self.student
-        found = running.answer(part, student, self.solution, arrays, files)
+        found = running.answer(self.assignment, part, student, arrays)
         facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}
         return facts | {"only_means": running.has_own_distribution(part, self.student)}, found.arrays
 
@@ -65,7 +61,7 @@ class Work:
         """The student's classes with the solution's methods in place of those that some parts test."""
         classes = dict(self.student.together or self.student.classes)
         for part in (self.assignment.part(name) for name in names):
-            cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
+            cls, solution = classes.get(part.replaces), running.solution_of(self.assignment).classes[part.replaces]
             if cls is not None and self.student.is_of_course:
                 classes[part.replaces] = cls.without(part.method)
             elif cls is not None:
@@ -90,6 +86,7 @@ def main(given: str, folder: str, limits: str) -> None:
     for name in ("tmp", "cache"):
         os.makedirs(f"{folder}/{name}", exist_ok=True)
     os.chdir(folder)
+    runtime.init(arch="cpu", threads=1)
     work = Work()
     while size := requests.read(SIZE.size):
         message, arrays = unpack(requests.read(*SIZE.unpack(size)))
