@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import one_at_a_time
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.formatting import digits, digits_of
+from taichi_tracer.system.errors import InputError, digits, digits_of
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
 # had when this file was imported. Therefore the members take their scalar type from tm.vec3.

@@ -13,9 +13,8 @@ from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import OwnShares, Shares
-from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.progress import Progress, Target
+from taichi_tracer.picture.progress import ErrorCurves, Progress, Target
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
 from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler

@@ -18,7 +18,7 @@ from taichi_tracer.apps.commands import turntable as turntable_command
 from taichi_tracer.apps.console import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.clusters import Cluster, last_line
-from taichi_tracer.cluster.jobs import Job, pack
+from taichi_tracer.cluster.worker import Job, pack
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.progress import Progress, Target

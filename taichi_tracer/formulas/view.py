@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.formulas.points import box_of
-from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.formatting import digits_of
+from taichi_tracer.system.errors import InputError, digits_of, one_of
 from taichi_tracer.system.types import Numbers
 
 # ── frame and windows ──

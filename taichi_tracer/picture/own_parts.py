@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system.errors import NotFiniteWarning
-from taichi_tracer.system.formatting import digits_of
+from taichi_tracer.system.errors import NotFiniteWarning, digits_of
 from taichi_tracer.system.own_code.checks import is_packages
 from taichi_tracer.system.parts import replaced
 

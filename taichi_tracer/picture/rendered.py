@@ -11,10 +11,9 @@ from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import Aov, albedo_uv_of, as_channels, channel_names, find_aovs
 from taichi_tracer.picture.denoised import Changed, clamped, denoised
-from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.progress import Progress
+from taichi_tracer.picture.progress import ErrorCurves, ErrorPoint, Progress
 from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly

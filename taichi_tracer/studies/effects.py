@@ -20,7 +20,7 @@ from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.variants import renderer_of
-from taichi_tracer.system.formatting import digits
+from taichi_tracer.system.errors import digits
 
 RUNS = 9  # of each variant, in turn
 SPP, LEAST_SECONDS = 4, 0.04  # samples of a run, and its seconds at least

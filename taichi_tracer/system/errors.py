@@ -1,4 +1,7 @@
-"""Errors that the user can correct: one line with the file, the line, the value, and what would have worked."""
+"""Errors that the user can correct: one line with the file, the line, the value, and what would have worked.
+
+And numbers as text, for tables and messages.
+"""
 
 import difflib
 import unicodedata
@@ -81,3 +84,18 @@ def no_argument(what: str, name: str, known: Iterable[str]) -> TypeError:
 
 class IncompleteError(RuntimeError):
     """A rendering ended before it reached its target. What came until then is on the film."""
+
+
+# ── numbers as text ──
+
+
+def digits(value: float, spec: str = "g") -> str:
+    """``format(value, spec)``, where 0 has no sign: neither −0, nor a negative number that is rounded to 0."""
+    text = format(value, spec)
+    is_zero = "-" in text and value == value and not any(c in "123456789" for c in text) and abs(value) < 1
+    return format(0.0, spec) if is_zero else text
+
+
+def digits_of(values: Iterable[float], spec: str = "g") -> str:
+    """Some numbers in brackets: "(x, y, z)"."""
+    return "(" + ", ".join(digits(value, spec) for value in values) + ")"

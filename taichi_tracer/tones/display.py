@@ -6,8 +6,7 @@ from numbers import Real
 
 import numpy as np
 
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.formatting import digits
+from taichi_tracer.system.errors import InputError, digits
 from taichi_tracer.system.parts import PARTS
 from taichi_tracer.tones.base import Tone
 

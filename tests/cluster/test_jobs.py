@@ -7,7 +7,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.cluster import settings_from, worker
-from taichi_tracer.cluster.jobs import difference, pack
+from taichi_tracer.cluster.worker import difference, pack
 from taichi_tracer.files.disk import noting_reads
 
 OBJ = "mtllib ../materials/m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"

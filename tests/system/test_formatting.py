@@ -7,7 +7,7 @@ import pytest
 
 from taichi_tracer.ray import RayHits
 from taichi_tracer.studies import effects
-from taichi_tracer.system.formatting import digits
+from taichi_tracer.system.errors import digits
 
 
 @pytest.mark.parametrize(

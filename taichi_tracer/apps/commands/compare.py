@@ -11,8 +11,7 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import display_in, read_image
 from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system.argument_types import percentage
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.formatting import digits_of
+from taichi_tracer.system.errors import InputError, digits_of
 from taichi_tracer.tones.heat import heat
 
 MOST_PLACES = 5  # largest differences that are printed

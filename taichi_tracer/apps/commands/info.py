@@ -9,7 +9,7 @@ from taichi_tracer.materials import BUILT_IN
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import OF_PICTURE, OF_SCENE, RenderSettings, add_scene
-from taichi_tracer.system.formatting import digits, digits_of
+from taichi_tracer.system.errors import digits, digits_of
 from taichi_tracer.system.parts import PARTS
 
 RECEIPT_SIZE = 8  # pixels on a side: the receipt is the same for every size
