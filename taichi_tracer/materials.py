@@ -65,7 +65,7 @@ class Material(metaclass=WithParameters):
             reflectance. Where a material has both Ns and a roughness, Ns decides, except with the estimator
             ``microfacet``, see ``modelled``.
         Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
-        map_Kd, map_Ks: a ``textures.Texture`` by which Kd or Ks is multiplied; None is none.
+        map_Kd, map_Ks: a ``Texture`` by which Kd or Ks is multiplied; None is none.
         map_d: one whose texels are the opacity: all rays pass through triangles where its red is below 1/2.
         map_layer: one of which green is multiplied with the roughness √α, and blue with the metalness, as in glTF.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up

@@ -1,6 +1,6 @@
 """Pictures on more than one machine, by Dask; see docs/cluster.md.
 
-A file has one role: the client, the jobs, the division of samples, or the worker. Add another kind of cluster to
+A file has one role: the client, the division of samples, or the worker and its jobs. Add another kind of cluster to
 ``clusters.py``.
 
     import taichi_tracer as tt

@@ -117,7 +117,7 @@ class Document:
         lights: those of the world.
         intersector: its name; None if the document chooses none.
         shots: the pictures, at least one.
-        background: an argument for ``background.load_background``.
+        background: an argument for ``environment.load_background``.
         environment, environment_options: arguments for ``environment.load_environment``.
     """
 

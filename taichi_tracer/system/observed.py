@@ -66,7 +66,7 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
         call = original if is_own else original.__get__(self, type(self))
         try:
             given = inspect.signature(call).bind(*arguments, **named)
-        except TypeError:  # a function without ``self``, see ``overrides.call_with_known_args``
+        except TypeError:  # a function without ``self``, see ``parts.call_with_known_args``
             call = plain
             given = inspect.signature(call).bind(*arguments, **named)
         watcher = () if level is None else (self.watchers[level],)
@@ -74,7 +74,7 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
 
     signature = inspect.signature(plain)
     names = list(signature.parameters)
-    if names[:1] != ["self"]:  # this one has it, and says so to ``overrides.call_with_known_args``
+    if names[:1] != ["self"]:  # this one has it, and says so to ``parts.call_with_known_args``
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         signature = signature.replace(parameters=[first, *signature.parameters.values()])
     method.__signature__ = signature  # type: ignore[attr-defined]

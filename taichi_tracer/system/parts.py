@@ -121,7 +121,7 @@ Class = TypeVar("Class", bound=type)
 
 # Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
-# Class → {name of a method: the kind of what it returns}, see ``own_code.kinds``.
+# Class → {name of a method: the kind of what it returns}, see ``own_code.checks``.
 _GIVES: dict[type, dict[str, str]] = {}
 
 

@@ -80,7 +80,7 @@ class Part:
         inputs: a numpy random generator → the inputs. An array that has as many rows as the answers belongs to them
             row by row; smaller arrays belong to all of them.
         run: (the class, inputs) → answers.
-        judge: (inputs, answers, expected answers) → PartResult. It has the method ``agrees`` too, see ``judges``.
+        judge: (inputs, answers, expected answers) → PartResult. It has the method ``agrees`` too.
         is_optional: whether it only counts if it is handed in: a part for graduate students.
     """
 

@@ -189,7 +189,7 @@ def on_rows(
     answers: Mapping[str, int],
     make: Callable[[type, Arrays], Any] = lambda cls, _inputs: bare(cls),
 ) -> Callable[[type, Arrays], Arrays]:
-    """A function that asks an object of the class under test on every row of some inputs; see ``rows.rows``.
+    """A function that asks an object of the class under test on every row of some inputs; see ``rows``.
 
     Args:
         ask: the name of a method, or a ``ti.func`` of the object and the arguments in the rows.
@@ -245,7 +245,7 @@ def read_at(field: ti.template(), place):
 
 # ── functions for kernels ──
 
-# The members of a hit that students write, as answers of ``rows.rows``.
+# The members of a hit that students write, as answers of ``rows``.
 HIT = {
     "is_hit": WHOLE,
     "is_backfacing": WHOLE,

@@ -200,7 +200,7 @@ class Channel:
         """Take an event.
 
         Raises:
-            InputError: it is malformed; see ``events.checked``.
+            InputError: it is malformed; see ``checked``.
         """
         kind, members = checked(event)
         with self._lock:

@@ -281,7 +281,7 @@ class Case(ABC):
 
     @abstractmethod
     def judge(self, on: "CaseInScene", rays: CaseRays, epsilon: float) -> dict[str, float]:
-        """Findings, named as in ``modes.COUNTS``, and the number of rays they are out of where it matters."""
+        """Findings, named as in ``COUNTS``, and the number of rays they are out of where it matters."""
 
     def build(self) -> tuple[np.ndarray, np.ndarray]:
         """Make the mesh, which ``rays`` needs, and keep it."""

@@ -532,7 +532,7 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
 
     Args:
         owner: the class for which it was written. function: what was written, as the class holds it.
-        shipped: the package's method. gives: the kind of what it returns, see ``kinds``; "" if any is right.
+        shipped: the package's method. gives: the kind of what it returns; "" if any is right.
     """
     if not is_own(function):
         return
