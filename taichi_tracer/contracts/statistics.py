@@ -15,7 +15,8 @@ import numpy as np
 # part which passes once passes always.
 ALPHA = 0.01
 ABOVE_ZERO = np.finfo(np.float64).tiny  # the least value of what must not be 0
-PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the points are not close enough for a kink or a pole of the density
+QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
+PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 
@@ -61,13 +62,13 @@ class SphereCells:
 
     Attributes:
         axis: (3,) unit vector. edges: (rings + 1,) of s, ascending from 0 to 1. columns: how many cells a ring has.
-        points: along each side of a cell, at which a function is asked for its integral.
+        nodes: of Gauss's rule, along each side of a cell; with one, functions are constant in each cell.
     """
 
     axis: np.ndarray
     edges: np.ndarray
     columns: int = 16
-    points: int = 12
+    nodes: int = 5
 
     @classmethod
     def equal_angles(cls, rows, columns):
@@ -75,14 +76,16 @@ class SphereCells:
         return cls(np.array([0.0, 1.0, 0.0]), (1 - np.cos(np.pi * np.arange(rows + 1) / rows)) / 2, columns, 1)
 
     @classmethod
-    def of_samples(cls, directions, rings=40):
-        """Rings about the mean of the directions, each wider than the one within it by the same factor."""
+    def of_samples(cls, directions, rings=12):
+        """Rings that hold equally many of the directions, about their mean, and wider and wider ones beyond them."""
         axis = directions.mean(axis=0)
         length = np.linalg.norm(axis)
         axis = axis / length if length > 0 else np.array([0.0, 0.0, 1.0])
         s = np.square(directions - axis).sum(axis=1) / 4
-        first = max(np.quantile(s, 1 / rings), 1e-12)
-        return cls(axis, np.concatenate([[0], np.geomspace(first, 1, rings)]))
+        edges = np.quantile(s, np.arange(1, rings + 1) / rings)
+        doublings = int(np.ceil(np.log2(1 / max(edges[-1], 1e-30))))
+        beyond = np.minimum(edges[-1] * 2.0 ** np.arange(1, doublings + 1), 1)
+        return cls(axis, np.unique(np.concatenate([[0], np.minimum(edges, 1), beyond, [1]])))
 
     def frame(self):
         """Two unit vectors at right angles to the axis; about +y they are x and z."""
@@ -101,21 +104,54 @@ class SphereCells:
         cells = np.bincount(ring * self.columns + column, minlength=(len(self.edges) - 1) * self.columns)
         return cells.reshape(-1, self.columns)
 
-    def integrals(self, function):
-        """(rings, columns, k) ∫ f dω over each cell: its solid angle times the mean of f at ``points``² points.
+    def integrals(self, function, tolerance=3e-6, most_halvings=9, least_halvings=1):
+        """(rings, columns, k) ∫ f dω over each cell, by Gauss's rule in s and φ.
+
+        A rectangle of s and φ is cut in four until that changes its integral by less than the tolerance.
 
         Args:
             function: (N, 3) unit directions → (N,) or (N, k); k is 1 for (N,).
+            least_halvings: how often each cell is cut at least: both integrals may miss the same narrow lobe.
         """
-        sizes, middles = np.diff(self.edges), (np.arange(self.points) + 0.5) / self.points
-        s = (self.edges[:-1, None] + sizes[:, None] * middles).reshape(-1, 1)
-        phi = 2 * np.pi / self.columns * (np.arange(self.columns)[:, None] + middles).reshape(1, -1)
-        sine, (x, y) = 2 * np.sqrt(s * (1 - s)), self.frame()
-        across = np.cos(phi)[..., None] * x + np.sin(phi)[..., None] * y
-        directions = (1 - 2 * s)[..., None] * self.axis + sine[..., None] * across
+        rings, step = len(self.edges) - 1, 2 * np.pi / self.columns
+        ring, column = np.mgrid[0:rings, 0 : self.columns].reshape(2, -1)
+        corners = np.stack([self.edges[ring], step * column], axis=1)
+        sizes = np.stack([np.diff(self.edges)[ring], np.full(len(ring), step)], axis=1)
+        cell = np.arange(len(ring))
+        coarse = self._of_rectangles(function, corners, sizes)
+        total = np.zeros_like(coarse)
+        if self.nodes == 1:
+            return coarse.reshape(rings, self.columns, -1)
+        for k in range(most_halvings):
+            quarters = np.repeat(corners, 4, axis=0) + np.tile(QUARTERS, (len(corners), 1)) * np.repeat(
+                sizes, 4, axis=0
+            )
+            fine = self._of_rectangles(function, quarters, np.repeat(sizes, 4, axis=0) / 2)
+            together = fine.reshape(-1, 4, fine.shape[1]).sum(axis=1)
+            is_open = (np.abs(together - coarse) > tolerance).any(axis=1) | (k < least_halvings)
+            is_open &= k < most_halvings - 1
+            np.add.at(total, cell[~is_open], together[~is_open])
+            if not is_open.any():
+                break
+            four = np.repeat(is_open, 4)
+            corners, sizes, coarse = quarters[four], np.repeat(sizes[is_open], 4, axis=0) / 2, fine[four]
+            cell = np.repeat(cell[is_open], 4)
+        return total.reshape(rings, self.columns, -1)
+
+    def _of_rectangles(self, function, corners, sizes):
+        """(N, k) ∫ f dω over (N, 2) rectangles of s and φ."""
+        nodes, weights = np.polynomial.legendre.leggauss(self.nodes)
+        nodes, weights = (nodes + 1) / 2, weights / 2
+        s = (corners[:, 0, None] + sizes[:, 0, None] * nodes)[:, :, None]
+        phi = (corners[:, 1, None] + sizes[:, 1, None] * nodes)[:, None, :]
+        cosine, sine = 1 - 2 * s, 2 * np.sqrt(s * (1 - s))
+        x, y = self.frame()
+        directions = (
+            cosine[..., None] * self.axis + (sine * np.cos(phi))[..., None] * x + (sine * np.sin(phi))[..., None] * y
+        )
         values = np.asarray(function(directions.reshape(-1, 3)), np.float64)
-        means = values.reshape(len(sizes), self.points, self.columns, self.points, -1).mean(axis=(1, 3))
-        return means * (4 * np.pi * sizes / self.columns)[:, None, None]  # dω = 2 ds dφ
+        values = values.reshape(len(corners), self.nodes, self.nodes, -1)
+        return np.einsum("i,j,nijk->nk", weights, weights, values) * (2 * sizes.prod(axis=1))[:, None]  # dω = 2 ds dφ
 
 
 def check_range(what, values, low=-np.inf, high=np.inf):
@@ -147,8 +183,11 @@ def check_density(what, sample, function, count, level, seed, cells=None):
         cells = SphereCells.of_samples(sample(uniform_pairs(10_000, seed=1000 + seed)))
     w_i = sample(uniform_pairs(count, seed=seed))
     check_unit(what, w_i)
-    integrals = cells.integrals(function)
-    total, p = integrals.sum(axis=(0, 1)), chi_square_p(cells.counts(w_i), count * integrals[..., 0])
+    for halvings in (1, 3):  # the second time only if the integrals may be what is wrong
+        integrals = cells.integrals(function, least_halvings=halvings)
+        total, p = integrals.sum(axis=(0, 1)), chi_square_p(cells.counts(w_i), count * integrals[..., 0])
+        if p > level:
+            break
     assert abs(total[0] - 1) < PDF_TOLERANCE, f"{what}: the integral of pdf is {total[0]:.5f}"
     assert p > level, f"{what}: the samples are not those of pdf: p = {p:.1e}"
     return w_i, total
