@@ -268,7 +268,9 @@ class Viewer:
                 self.choose(partial(self.state.change, name, after(value, control["names"])))
             return
         low, high, step = control["low"], control["high"], control["step"]
-        chosen = panel.slider_int(label, value, low, high) if step == 1 else slide(panel, label, value, low, high)
+        panel.text(label)  # there is little room beside a slider
+        slider = f"##{label}"
+        chosen = panel.slider_int(slider, value, low, high) if step == 1 else slide(panel, slider, value, low, high)
         if chosen != value:
             try:
                 self.state.change(name, min(max(round(chosen / step) * step, low), high))

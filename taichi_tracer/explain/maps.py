@@ -116,7 +116,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
-        return NameControl("of", self.of, names_of_measured(), "Work of"), *self.measured.controls()
+        return NameControl("of", self.of, names_of_measured()), *self.measured.controls()
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``controls``."""

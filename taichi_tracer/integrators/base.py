@@ -36,14 +36,12 @@ class Slider:
 
     Attributes:
         name: of the value, for ``Integrator.change``.
-        label: what stands beside the slider; up to 10 characters have room there.
     """
 
     name: str
     value: float
     low: float
     high: float
-    label: str
 
 
 @dataclass(frozen=True)
@@ -52,13 +50,11 @@ class NameControl:
 
     Attributes:
         name: of the value, for ``Integrator.change``.
-        label: what stands before the value on the button.
     """
 
     name: str
     value: str
     names: Sequence[str]
-    label: str
 
 
 @dataclass(frozen=True)

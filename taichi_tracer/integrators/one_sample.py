@@ -63,7 +63,7 @@ class OneSampleMis(DirectLight):
 
     def controls(self) -> tuple[Control, ...]:
         """Both weights."""
-        return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(NAMES, self.weights, strict=True))
+        return tuple(Slider(name, weight, 0.0, 1.0) for name, weight in zip(NAMES, self.weights, strict=True))
 
     def change(self, name: str, value: Any) -> None:
         """Change ``mis_plight`` or ``mis_pbrdf``; see ``set_weights``."""

@@ -94,16 +94,16 @@ class PathSettings:
     def controls(self) -> tuple[Control, ...]:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
         of = self._values
-        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES, "max bounce")]
+        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES)]
         if of["max_bounces"] > 0 or of["bounces"] is not None:
             found += [BouncesControl("bounces", of["bounces"], of["max_bounces"])]
         if of["max_bounces"] > 0:
-            found += [NameControl("roulette", of["roulette"], ROULETTES, "Roulette")]
+            found += [NameControl("roulette", of["roulette"], ROULETTES)]
             q, is_by_throughput = of["rr_termination_probability"], of["roulette"] == "throughput"
             if not is_by_throughput:
-                found += [Slider("rr_termination_probability", q, 0.0, MOST_SLIDER_Q, "rr prob.")]
+                found += [Slider("rr_termination_probability", q, 0.0, MOST_SLIDER_Q)]
             if q > 0 or is_by_throughput:
-                found += [Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES, "rr start")]
+                found += [Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES)]
         return tuple(found)
 
     # ── in kernels ──

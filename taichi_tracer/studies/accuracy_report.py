@@ -21,7 +21,7 @@ from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.png")
 # Inches; where the axes begin and end; how many ticks of seconds there is room for.
-SHAPES = {"broad": (11, 5.6, 0.07, 0.72, 11), "narrow": (4.6, 5.4, 0.19, 0.6, 3)}
+SHAPES = {"broad": (11, 5.6, 0.085, 0.72, 11), "narrow": (4.6, 5.4, 0.19, 0.6, 3)}
 LABEL_GAP = 0.06  # of the height of the axes: the distance between the middles of two labels
 SHOWN = 320  # pixels: the width of a picture in the page
 WHITE = 0.99  # quantile of the errors of a picture that its map shows as white

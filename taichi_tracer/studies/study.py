@@ -147,8 +147,11 @@ class Curve:
 
     @property
     def error(self) -> Interval:
-        """The error of the last pictures, which all variants have after the same time."""
-        return interval([points[-1].error for points in self.rounds])
+        """The error of the last pictures, which all variants have after the same time; NaN if all are too small.
+
+        Pictures whose error is too small to be judged are left out, so that the number is rather too large.
+        """
+        return interval([points[-1].error for points in self.rounds if points[-1].error > 0])
 
     @property
     def sample_seconds(self) -> Interval:

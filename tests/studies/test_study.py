@@ -61,3 +61,12 @@ def test_best_is_claimed_only_where_intervals_do_not_overlap(other, words):
     assert "25 %" in text
     assert "25 %" in page
     assert "nan" not in text
+
+
+def test_a_variant_is_below_what_can_be_judged_only_if_all_its_pictures_are():
+    found = curve(1.0)
+    found.rounds[0][-1] = Point(16, 16.0, math.nan)
+    assert found.error.value == pytest.approx(found.levels()[-1][1], rel=1e-4)  # as the chart has it
+    for points in found.rounds:
+        points[-1] = Point(16, 16.0, math.nan)
+    assert math.isnan(found.error.value)

@@ -266,8 +266,9 @@ def read(name: str, value: Any) -> Any:
 
 def described(section: str, name: str) -> dict[str, Any]:
     """What a page says of a setting."""
-    help = OPTIONS[name].help if name in OPTIONS else ""
-    return {"section": section, "name": name, "label": name.replace("_", " "), "help": help.replace("%%", "%")}
+    option = next((one for one, known in OPTIONS.items() if name in (one, known.value)), name)
+    help = OPTIONS[option].help if option in OPTIONS else ""
+    return {"section": section, "name": name, "label": option.replace("_", " "), "help": help.replace("%%", "%")}
 
 
 def as_names(section: str, name: str, value: Any, names: list[str]) -> dict[str, Any]:
