@@ -59,6 +59,8 @@ def test_it_is_built_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path
     pages = [path for path in site.rglob("*.html") if path.name not in ("search.html", "genindex.html")]
     assert len(pages) > 20
     assert len(list((site / "_images").glob("*.png"))) > 50
+    first = (site / "notebooks" / "first_picture.html").read_text(encoding="utf-8")
+    assert re.search(r'class="cell_output.*?<table', first, re.DOTALL)  # hits show themselves as a table
     for path in pages:
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
