@@ -34,16 +34,15 @@ def data_file(name: str) -> Path:
     return path
 
 
-def needs_patch(name: str) -> None:
-    """Skip the test where a patch of ``taichi_17`` is not in use."""
-    reason = runtime.patches().get(name, "the folder taichi_17 is not there")
-    if reason:
-        pytest.skip(f"patch {name}: {reason}")
+def needs_patches() -> None:
+    """Skip the test where the patches of ``taichi_17`` are not in use."""
+    if reason := runtime.patches():
+        pytest.skip(f"no patches: {reason}")
 
 
 def needs_arrays() -> None:
     """Skip the test where fields are Taichi's own, and not in numpy's memory."""
-    needs_patch("arguments")
+    needs_patches()
     if not memory.arrays_are_possible():
         pytest.skip("fields are Taichi's own on a GPU and in debug mode")
 

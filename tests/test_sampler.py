@@ -8,7 +8,7 @@ from oracles import light
 from probe import Numbers, brdf_values, put
 from scipy import stats
 from sequences import SOBOL, points
-from support import needs_patch, start
+from support import needs_patches, start
 
 import taichi_tracer as tt
 from taichi_tracer import sampler
@@ -76,7 +76,7 @@ def test_a_sampler_that_returns_no_pair_is_an_error_that_python_can_catch(wrong)
 
 
 def test_a_sampler_that_returns_three_numbers_is_told():
-    needs_patch("own code")
+    needs_patches()
     scene = tt.load_scene_data("cube", environment="studio")
     with pytest.raises(tt.InputError, match="ThreeNumbers.get_2d returns a vec3, but a vec2 is needed"):
         tt.A2Renderer(scene, 8, 8, sampler=ThreeNumbers()).use("brdf").render(1)

@@ -3,7 +3,7 @@
 The first call of a kernel has two parts. Python reads the source of the kernel and builds Taichi's own program. Then
 Taichi translates this program into machine code, which it keeps in a folder, so that another process finds it there.
 
-``taichi_17.kernels`` notes both parts here. Without it, no kernel is known, and no seconds either.
+``taichi_17.arguments`` notes both parts here. Without its patches, no kernel is known, and no seconds either.
 """
 
 import contextlib

@@ -5,7 +5,7 @@ of the picture, would compile all kernels again. On a CPU, fields are therefore 
 get them as arguments, so that one kernel serves every length. They are written as everywhere in Taichi
 (``ti.field(float)``, ``builder.dense(ti.i, n).place(field)``, ``field[i]``), and numpy reads and writes the same memory
 without a kernel. ``taichi_17.arguments`` makes an argument of each field that a kernel uses. On a GPU, in debug mode,
-or without ``taichi_17``, they are Taichi's own fields, whose data kernels copy.
+or without the patches, they are Taichi's own fields, whose data kernels copy.
 
 **Freed.** The fields of a ``Memory`` are freed together with their owner. Reading them afterwards is an error, and ends
 no process.
@@ -101,18 +101,11 @@ AXES = {
     for length in (1, 2, 3)
     for letters in itertools.combinations(LETTERS, length)
 }
-are_arguments = False  # whether ``taichi_17.arguments`` is in use
-
-
-def use_arrays() -> None:
-    """Let the package make fields in this way, from now on."""
-    global are_arguments
-    are_arguments = True
 
 
 def arrays_are_possible() -> bool:
     """Whether kernels can get numpy's memory as arguments; debug mode checks the bounds of Taichi's own fields only."""
-    return ensure().arch == "cpu" and are_arguments and not ti.cfg.debug
+    return ensure().arch == "cpu" and not runtime.patches() and not ti.cfg.debug
 
 
 class Block:

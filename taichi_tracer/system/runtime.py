@@ -15,7 +15,6 @@ import contextlib
 import ctypes
 import ctypes.util
 import functools
-import importlib
 import io
 import os
 import stat
@@ -32,7 +31,7 @@ from taichi.lang import impl
 
 from taichi_tracer.system.compile_time import is_starter, note_start, one_at_a_time, usable_processors
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.importing import quick_imports
+from taichi_tracer.system.importing import import_quickly
 
 # ── the cache ──
 
@@ -233,20 +232,9 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
 
 
 @functools.lru_cache(maxsize=1)
-def patches() -> dict[str, str]:
-    """Let ``taichi_17`` replace names of Taichi, once; without this folder, nothing is replaced.
-
-    Returns:
-        name of each patch → why it is not in use; "" for those that are. None of them without the folder.
-    """
-    folder = f"{__package__}.taichi_17"
-    try:
-        with quick_imports():  # the patches name modules of Taichi that are not imported yet
-            return importlib.import_module(f"{folder}.patches").apply()
-    except ModuleNotFoundError as error:
-        if error.name is None or not folder.startswith(error.name):
-            raise
-        return {}
+def patches() -> str:
+    """Replace names of Taichi, once. Returns why they are not replaced; "" if they are."""
+    return import_quickly("taichi_tracer.system.taichi_17.patches").apply()
 
 
 def workers(threads: int | None) -> int:

@@ -48,10 +48,8 @@ def examine() -> Iterator[Fact]:
         found = "has a device" if has else "no GPU answers"
         yield f"backend {arch}", found, has, "optional, the CPU does everything: a GPU and its driver"
     yield "backend chosen", runtime.ensure().arch, True, ""
-    patches = runtime.patches()
-    unused = [f"{name}: {reason}" for name, reason in patches.items() if reason]
-    used = f"{len(patches) - len(unused)} of {len(patches)} in use"
-    yield "patches of Taichi", used, not unused, f"all works without them, slower. {'; '.join(unused)}"
+    unused = runtime.patches()
+    yield "patches of Taichi", unused or "in use", unused == "", "all works without them, slower"
     reason, remedy = display.missing_for_window() or ("can open", "")
     yield "window", reason, remedy == "", remedy
     for module, (purpose, extra) in EXTRAS.items():

@@ -165,11 +165,6 @@ def argument_for(value: Any) -> Argument | None:
     return readings[-1].argument(of) if type(of) in FIELDS and readings else None
 
 
-def use() -> None:
-    """Let the package make fields that are arguments."""
-    memory.use_arrays()
-
-
 def reading(create: Callable) -> Callable:
     """``Program.create_kernel``, which notes the arguments that are added to a kernel while it is read."""
 

@@ -7,9 +7,9 @@ import pytest
 from wrong_parts import WRONG
 
 import taichi_tracer as tt
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import OwnCodeError
 from taichi_tracer.system.parts import PARTS, load_parts
-from taichi_tracer.system.taichi_17 import patches
 
 pytestmark = pytest.mark.usefixtures("f32")
 SLOTS = {"BRDF": "brdfs", "triangle test": "triangle_test", "intersector": "intersector"}
@@ -36,7 +36,7 @@ QUICK = sorted(WRONG)[::4]  # acceptance/test_first_mistakes.py has others
 @pytest.mark.parametrize("name", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in WRONG])
 def test_a_mistake_is_told_in_one_line(name, tmp_path):
     text, told = WRONG[name]
-    if patches.apply()["own code"] and ("# here" in text or name == "recursion"):
+    if runtime.patches() and ("# here" in text or name == "recursion"):
         pytest.skip("it is found while Taichi reads the kernel, by a patch that is not in use")
     path = tmp_path / "my_parts.py"
     path.write_text(text)
