@@ -126,13 +126,7 @@ class Mistake:
     changes: tuple[tuple[str, str], ...]
 
 
-def by_part(known: Mapping[str, Mapping[str, tuple]]) -> tuple[Mistake, ...]:
-    """The known mistakes of parts: name of the part → name of the mistake → (hint, change, change …)."""
-    of_all = [(part, name, entry) for part, named in known.items() for name, entry in named.items()]
-    return tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_all)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Assignment:
     """An assignment: its parts, the files that a student hands in, its solution and its known mistakes.
 
@@ -189,16 +183,6 @@ class Assignment:
     def inputs(self, part: Part, seed: int) -> Arrays:
         """The inputs of a part."""
         return part.inputs(self.rng(part, seed))
-
-
-def check_parts(name: str, parts: tuple[Part, ...], classes: Mapping[str, str]) -> None:
-    """Raise an InputError if the parts of an assignment do not fit together."""
-    for part in parts:
-        if part.replaces and part.replaces not in classes:
-            raise InputError(
-                f"assignment {name}: the part {part.name!r} tests the class {part.replaces}, which is in no file: "
-                f"the classes are {', '.join(classes)}"
-            )
 
 
 # ── judges ──

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching.base import Assignment, by_part, check_parts
+from taichi_tracer.teaching.base import Assignment, Mistake
 from taichi_tracer.teaching.handout.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
@@ -59,11 +59,17 @@ def load_folder(folder: Path) -> Assignment:
     named = constant(known, "MISTAKES") if known.exists() else {}
     if not isinstance(named, dict):
         raise InputError(f"{known}: MISTAKES must be a dict: part → name → (hint, change, …): see docs/teaching.md")
-    mistakes = by_part(named)
-    check_parts(folder.name, parts, classes)
-    unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
+    of_parts = [(part, name, entry) for part, mistakes in named.items() for name, entry in mistakes.items()]
+    mistakes = tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_parts)
+    for part in parts:
+        if part.replaces not in ("", *classes):
+            raise InputError(
+                f"assignment {folder.name}: the part {part.name!r} tests the class {part.replaces}, which is in no "
+                f"file: the classes are {', '.join(classes)}"
+            )
+    unknown = sorted(set(named) - {part.name for part in parts})
     if unknown:
-        raise InputError(f"{known}: there is no part {sorted(unknown)[0]!r}")
+        raise InputError(f"{known}: there is no part {unknown[0]!r}")
     files = tuple(dict.fromkeys(classes.values()))
     program = programs[0] if programs else ""
     title = title_of(folder / "README.md")

@@ -13,6 +13,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -143,22 +144,17 @@ def find(
 # ── the solution with a mistake in it ──
 
 
-_answers: dict[tuple, Arrays | None] = {}
-
-
+@cache
 def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) -> Arrays | None:
     """What the solution with a mistake answers, computed once in a process; None if it does not run."""
     if assignment.is_sealed:
         return sealed.answers_of_mistake(assignment, mistake)
-    key = (assignment.folder, mistake, seed)
-    if key not in _answers:
-        file = assignment.classes[part.replaces]
-        with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
-            (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
-            changed = load_classes(folder, [file], solution_of(assignment))
-            found = answer(assignment, part, changed, assignment.inputs(part, seed))
-        _answers[key] = found.arrays if found.status == OK else None
-    return _answers[key]
+    file = assignment.classes[part.replaces]
+    with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
+        (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
+        changed = load_classes(folder, [file], solution_of(assignment))
+        found = answer(assignment, part, changed, assignment.inputs(part, seed))
+    return found.arrays if found.status == OK else None
 
 
 def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:

@@ -16,10 +16,9 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
-from taichi_tracer.effects import Effects
-from taichi_tracer.geometry import Geometry, Mesh, clean
+from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.samplers.independent import IndependentSampler
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.teaching.base import Arrays, statistics
 
@@ -98,34 +97,21 @@ def call_on_rows(
 # ── cameras, geometries, hits ──
 
 
-PLAIN_EFFECTS: dict[str, Any] = {
-    **dict.fromkeys(("emitters", "lamps", "spheres", "culling", "holes", "instances", "textures"), False),
-    **dict.fromkeys(("background", "scatters"), False),
-    **dict.fromkeys(("brdfs", "lights", "reasons"), ()),
-    "environment": "none",
-    "interpolated_normals": True,
-    "blockers": "all",
-}
-
-
-def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
-    """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
-    if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
-        return cls(*arguments, **named)
-    return bare(cls, **vars(original))
-
-
 def camera(cls: type, width: int, height: int, kind: type = tt.Camera, **view: Any) -> Any:
     """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
+
+    It is made anew if the class has a constructor of its own.
 
     Args:
         view: eye, at, up and fov.
     """
     size = np.array([width, height])
+    if cls.__init__ is not kind.__init__:  # type: ignore[misc]
+        return cls(*size.tolist(), **view)
     original = cached(kind.__name__, lambda size: kind(*size.tolist()), size)
     if view:
         original.set_camera_parameters(**view)
-    return as_class(original, cls, *size.tolist(), **view)
+    return bare(cls, **vars(original))
 
 
 _KEPT: dict[str, tuple[tuple, Any]] = {}
@@ -146,11 +132,11 @@ def cached(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
 def geometry(inputs: Arrays) -> Geometry:
     """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs."""
     names = ("vertices", "faces", "normals", "material_ids")
-    return cached("geometry", make_geometry, *(inputs[name] for name in names))
+    return cached("triangles", make_triangles, *(inputs[name] for name in names)).geometry
 
 
-def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
-    """Triangles whose corners have one normal for each vertex; the ids of normals are not those of vertices."""
+def make_triangles(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Any:
+    """A scene of triangles with a normal for each vertex at their corners; normals have other ids than vertices."""
     faces = np.asarray(faces, np.int32)
     mesh = Mesh(
         np.asarray(vertices, np.float64),
@@ -158,13 +144,9 @@ def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, 
         normals=np.asarray(normals, np.float64)[::-1],
         face_normals=np.int32(len(normals) - 1) - faces,
         face_materials=np.asarray(material_ids, np.int32),
+        materials=[tt.Material(f"m{i}") for i in range(np.max(material_ids) + 1)],
     )
-    store = memory.Memory()
-    made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
-    store.allocate()
-    made.load(store)
-    made.store = store  # the fields end with it
-    return made
+    return tt.SceneData(mesh, intersector=tt.BruteForceRayIntersector)
 
 
 def intersector(cls: type, inputs: Arrays) -> Any:

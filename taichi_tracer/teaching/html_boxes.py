@@ -46,11 +46,6 @@ def whole(title: str, parts: Sequence[str], style: str = "") -> str:
     return page.page(title, ["<div class='teaching'>", *parts, "</div>"], PAGE_STYLE + style)
 
 
-def in_notebook(parts: Sequence[str]) -> str:
-    """Boxes within a page that is not ours."""
-    return f"<style>{STYLE}</style><div class='teaching'>{''.join(parts)}</div>"
-
-
 def coloured(status: str, content: str) -> str:
     """HTML in the colour of a status, which the mouse names."""
     return f"<span class='{KINDS.get(status, 'wrong')}' title='{html.escape(status)}'>{content}</span>"
@@ -146,4 +141,4 @@ class Report:
         return whole(self.title, self.body())
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.body())
+        return f"<style>{STYLE}</style><div class='teaching'>{''.join(self.body())}</div>"

@@ -10,15 +10,16 @@ import re
 import sys
 import traceback
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.course import files
 from taichi_tracer.course import files as course_files
 from taichi_tracer.formulas.random_numbers import RandomNumbers
 from taichi_tracer.system.compile_time import compile_time
@@ -71,9 +72,9 @@ class Loaded:
 
     def beside(self, part: Part) -> dict[str, object]:
         """The methods of a solution that stand beside that of a part."""
-        of_class = vars(self.classes.get(part.replaces, object)).items()
-        written = {name: value for name, value in of_class if is_method(name, value) and not is_stub(value)}
-        return {name: value for name, value in written.items() if name != part.method}
+        members = vars(self.classes.get(part.replaces, object)).items()
+        methods = {name: value for name, value in members if hasattr(unwrap(value), "__code__") and name[:2] != "__"}
+        return {name: value for name, value in methods.items() if name != part.method and not is_stub(value)}
 
 
 def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
@@ -82,7 +83,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
     of files that import each other as they are.
     """
-    of_course = files.folder_of_course(folder, assignment.files)
+    of_course = course_files.folder_of_course(folder, assignment.files)
     if of_course is not None:
         return load_of_course(of_course, assignment)
     solution = solution_of(assignment)
@@ -92,32 +93,30 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
         if file in together.errors and together.errors[file].status == MISSING:
             continue
         loaded = load_classes(folder, [file], solution)
-        names = [name for name, home in assignment.classes.items() if home == file]
-        if not loaded.errors:
+        if loaded.errors:  # it imports something from another file that only the student's own version has
+            loaded = together
+        else:
             alone.errors.pop(file, None)  # it failed only because of another file
-            alone.classes |= {name: loaded.classes[name] for name in names if name in loaded.classes}
-        else:  # it imports something from another file that only the student's own version has
-            alone.classes |= {name: together.classes[name] for name in names if name in together.classes}
+        alone.classes |= {name: cls for name, cls in loaded.classes.items() if assignment.classes.get(name) == file}
     return alone
 
 
 def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their adapters."""
     adapters = import_quickly("taichi_tracer.course.adapters")
-    found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
-    graduate = files.GRADUATE.get(assignment.name, {})
-    folder = found.folder
-    loaded = Loaded({}, {}, folder, is_of_course=True)
+    found, asked = course_files.load(folder), course_files.ASKED.get(assignment.name, {})
+    graduate = course_files.GRADUATE.get(assignment.name, {})
+    loaded = Loaded({}, {}, found.folder, is_of_course=True)
     for file in dict.fromkeys(asked.values()):
         if file in found.errors:
-            loaded.errors[file] = crash(found.errors[file], folder)
-        elif not (folder / file).is_file():
+            loaded.errors[file] = crash(found.errors[file], found.folder)
+        elif not (found.folder / file).is_file():
             loaded.errors[file] = missing_file(file)
     classes = adapters.adapters_of(found.classes)
     loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
     for name, file in graduate.items():
         if file in found.errors and file not in asked.values():
-            loaded.failed[name] = crash(found.errors[file], folder)
+            loaded.failed[name] = crash(found.errors[file], found.folder)
     return loaded
 
 
@@ -138,8 +137,8 @@ def load_classes(folder: str | Path, names: Sequence[str], others: Loaded | None
         return f"{own.package}.{name}" if is_own else name
 
     missing = [name for name in names if not (folder / name).is_file()]
-    own = files.StudentFiles(folder, module_of)
-    found = files.run_files(own, [name for name in names if name not in missing])
+    own = course_files.StudentFiles(folder, module_of)
+    found = course_files.run_files(own, [name for name in names if name not in missing])
     errors = {name: crash(error, folder) for name, error in found.errors.items()}
     errors |= {name: missing_file(name) for name in missing}
     return Loaded(found.classes, errors, folder, package=found.package)
@@ -148,11 +147,6 @@ def load_classes(folder: str | Path, names: Sequence[str], others: Loaded | None
 def missing_file(name: str) -> PartResult:
     """What is known about the parts of a file that was not handed in."""
     return PartResult(MISSING, message=f"the file {name} is missing", file=name)
-
-
-def is_method(name: str, value: object) -> bool:
-    """Whether an attribute of a class is a method that the handout names, and not one that Python or Taichi adds."""
-    return hasattr(unwrap(value), "__code__") and not name.startswith("__")
 
 
 def crash(error: BaseException, folder: Path | None) -> PartResult:
@@ -197,21 +191,15 @@ def is_students(file: Path, folder: Path | None) -> bool:
     return "ipykernel" in str(file) or (package not in file.parents and "site-packages" not in str(file))
 
 
-_SOLUTIONS: dict[Path, Loaded] = {}
-
-
+@cache
 def solution_of(assignment: Assignment) -> Loaded:
     """The classes of the solution; none if the assignment has only its answers."""
     if assignment.is_sealed:
         return Loaded({})
-    folder = assignment.solution_folder
-    if folder not in _SOLUTIONS:
-        loaded = load_classes(folder, assignment.files)
-        if loaded.errors:
-            file, reason = next(iter(loaded.errors.items()))
-            raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")
-        _SOLUTIONS[folder] = loaded
-    return _SOLUTIONS[folder]
+    loaded = load_classes(assignment.solution_folder, assignment.files)
+    for file, reason in loaded.errors.items():
+        raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")
+    return loaded
 
 
 # ── running a part ──
@@ -295,7 +283,7 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             checks.check_whole(part.name, method, subject, right)
         with (
-            with_values(ti, {"random": next_number}),  # the same submission has the same numbers on every run
+            patch.object(ti, "random", next_number),  # the same submission has the same numbers on every run
             without_the_packages(subject, part),
             beside_the_solution(part, student, solution, files),
         ):
@@ -305,21 +293,6 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
         raise
     except BaseException as error:  # noqa: BLE001 (a student's code may raise anything)
         return crash(error, student.folder)
-
-
-@contextlib.contextmanager
-def with_values(place: Any, values: dict[str, Any]) -> Iterator[None]:
-    """Let attributes of a class or a module have other values meanwhile."""
-    former = {name: vars(place)[name] for name in values if name in vars(place)}
-    for name, value in values.items():
-        setattr(place, name, value)
-    try:
-        yield
-    finally:
-        for name in values:
-            delattr(place, name)
-        for name, value in former.items():
-            setattr(place, name, value)
 
 
 def without_the_packages(subject: Any, part: Part) -> contextlib.ExitStack:
@@ -336,13 +309,13 @@ def without_the_packages(subject: Any, part: Part) -> contextlib.ExitStack:
     stack = contextlib.ExitStack()
     for cls in subject.__mro__ if part.replaces else ():
         if cls.__module__.startswith("taichi_tracer.") and part.method in vars(cls):
-            stack.enter_context(with_values(cls, {part.method: staticmethod(refuse)}))
+            stack.enter_context(patch.object(cls, part.method, staticmethod(refuse)))
     return stack
 
 
 def beside_the_solution(
     part: Part, student: Loaded, solution: Loaded, files: Mapping[str, str]
-) -> contextlib.AbstractContextManager:
+) -> contextlib.ExitStack:
     """While a part runs, the solution's classes stand in a notebook in place of those that other cells define.
 
     So a wrong sampler does not cost the points of a renderer. In folders, ``load_submission`` sees to this.
@@ -350,13 +323,14 @@ def beside_the_solution(
     Args:
         files: class → file; a class of the same file as the class under test stays.
     """
-    cls = student.classes.get(part.replaces)
+    cls, stack = student.classes.get(part.replaces), contextlib.ExitStack()
     if cls is None or student.folder is not None:
-        return contextlib.nullcontext()
+        return stack
     roles = {role: role for role in files} | {own.__name__: role for role, own in student.classes.items()}
-    others = {name: role for name, role in roles.items() if files.get(role) != files.get(part.replaces)}
-    replaced = {name: solution.classes[role] for name, role in others.items() if role in solution.classes}
-    return with_values(sys.modules[cls.__module__], replaced)
+    for name, role in roles.items():
+        if role in solution.classes and files.get(role) != files.get(part.replaces):
+            stack.enter_context(patch.object(sys.modules[cls.__module__], name, solution.classes[role], create=True))
+    return stack
 
 
 # ── random numbers ──

@@ -40,7 +40,7 @@ FORGE = """
 import json, os, struct
 def forged(message):
     header = json.dumps([message, []]).encode() + b"\\n"
-    return struct.pack("<Q", len(header)) + header
+    return struct.pack("!i", len(header)) + header
 def to_all(data):
     for descriptor in range(3, 64):
         try:
@@ -168,6 +168,17 @@ ATTACKS = {
             """,
         becomes=("right",),
     ),
+    "daemon that keeps the pipes of a process that ends": Attack(
+        "import os, time",
+        """
+            if os.fork() == 0:
+                os.setsid()
+                time.sleep(40)
+                os._exit(0)
+            time.sleep(0.5)
+            os._exit(0)
+            """,
+    ),
     "500 forks": Attack(
         "import os, time",
         """
@@ -236,7 +247,7 @@ ATTACKS = {
     "patched protocol": Attack(
         """
             import sys
-            child = sys.modules["taichi_tracer.teaching.grading.worker"]
+            child = sys.modules["__main__"]
             plain = child.pack
             child.pack = lambda facts, arrays: plain({**facts, "status": "right", "share": 1.0, "points": 100}, arrays)
             """,
@@ -253,7 +264,7 @@ ATTACKS = {
             header = json.dumps([{}, ["x"]]).encode() + b"\\n"
             array = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,)}"
             header += b"\\x93NUMPY\\x01\\x00" + struct.pack("<H", len(array)) + array
-            to_all(struct.pack("<Q", len(header)) + header)
+            to_all(struct.pack("!i", len(header)) + header)
             return a * 0
             """,
     ),

@@ -128,9 +128,6 @@ def to_json(value: Any) -> Any:
 # ── the solution's answers ──
 
 
-SECONDS_TO_FIND = 600.0  # of the processor, after which the search for mistakes is given up
-
-
 class Reference(contextlib.AbstractContextManager):
     """The right answers for one class. Several threads may ask it.
 
@@ -147,12 +144,8 @@ class Reference(contextlib.AbstractContextManager):
         self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
         self.kernels = self.folder / "cache"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
-        self.solution = self._new_process()
+        self.solution = process_of_solution(self.kernels)
         self.stopped = threading.Event()
-
-    def _new_process(self) -> ProcessPoolExecutor:
-        """The process of the solution, which starts when it is first asked."""
-        return ProcessPoolExecutor(1, get_context("spawn"), start_solution, (str(self.kernels),))
 
     def __exit__(self, *_error) -> None:
         self.solution.shutdown()
@@ -169,23 +162,25 @@ class Reference(contextlib.AbstractContextManager):
         if found.keys() != self.inputs.keys():
             self.kernels.mkdir(parents=True, exist_ok=True)
             try:
-                found = self.solution.submit(answers_of_solution, self.assignment.folder, self.seed).result()
+                with process_of_solution(self.kernels) as solution:  # whose kernels are written when it ends
+                    found = solution.submit(answers_of_solution, self.assignment.folder, self.seed).result()
             except BrokenExecutor:
                 raise InputError(f"assignment {self.assignment.name}: the solution ends its process") from None
-            self.solution.shutdown()  # so that its kernels are written
-            self.solution = self._new_process()
             keep_arrays(path, joined(found))
         return found
 
     def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
         """What is probably wrong with the answers to a part; see ``PartResult.findings``."""
         asked = self.assignment.folder, part.name, self.seed, answers, self.expected[part.name]
-        solution = self.solution
         try:
-            return tuple(solution.submit(findings_on, *asked).result())
+            return tuple(self.solution.submit(findings_on, *asked).result())
         except BrokenExecutor:  # the marks do not depend on it
-            self.solution = self._new_process() if self.solution is solution else self.solution
             return ()
+
+
+def process_of_solution(kernels: Path) -> ProcessPoolExecutor:
+    """The process of the solution, which starts when it is first asked."""
+    return ProcessPoolExecutor(1, get_context("spawn"), start_solution, (str(kernels),))
 
 
 def start_solution(kernels: str) -> None:
@@ -206,9 +201,6 @@ def answers_of_solution(folder: Path, seed: int) -> dict[str, Arrays]:
 
 def findings_on(folder: Path, name: str, seed: int, answers: Arrays, expected: Arrays) -> list[dict]:
     """What is probably wrong with the answers to the part of this name; see ``checking.find``."""
-    from taichi_tracer.teaching.grading import worker
-
-    worker.allow_cpu(SECONDS_TO_FIND)
     assignment = catalogue.load(folder)
     return checking.find(assignment, assignment.part(name), seed, answers, expected)
 
@@ -259,21 +251,18 @@ def grade_class(
     Args:
         watch: a function that is called with each mark as soon as it is known, in this thread.
     """
-    marks: dict[str, Mark] = {}
     with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
         reference.expected  # noqa: B018 (computed before the threads ask for it)
-        waiting = {pool.submit(grade, reference, one, settings): one for one in found}
+        marks = [pool.submit(grade, reference, one, settings) for one in found]
         try:
-            for future in as_completed(waiting):
-                one = waiting[future]
-                marks[one.key] = future.result()
+            for mark in as_completed(marks):
                 if watch is not None:
-                    watch(marks[one.key])
+                    watch(mark.result())
         except BaseException:
             reference.stopped.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return [marks[one.key] for one in found]
+    return [mark.result() for mark in marks]
 
 
 # ── one submission ──
@@ -282,19 +271,17 @@ def grade_class(
 def grade(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
     """The mark of one submission."""
     assignment = reference.assignment
-    blank = Mark(submitted.key, submitted.student, ())
     with tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True) as work:
         try:
             folder, notes = submissions.unpack(submitted, Path(work) / "files", assignment.files)
         except RefusedError as error:
-            missing = PartResult(MISSING, message="nothing was unpacked")
             facts = [(p.name, p.topic, 0.0 if p.is_optional else p.points) for p in assignment.parts]
-            parts = [replace(missing, name=name, topic=topic, points=points) for name, topic, points in facts]
-            return replace(blank, parts=tuple(parts), refused=clean(str(error)))
+            parts = [PartResult(MISSING, 0.0, "nothing was unpacked", name=n, topic=t, points=p) for n, t, p in facts]
+            return Mark(submitted.key, submitted.student, tuple(parts), clean(error))
         with Runner(reference, folder, settings) as runner:
             marks = {p.name: runner.mark(p) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
             parts = [runner.regrade_picture(part, marks) for part in assignment.parts]
-        return replace(blank, parts=tuple(parts), notes=tuple(notes), printed=runner.printed)
+        return Mark(submitted.key, submitted.student, tuple(parts), "", tuple(notes), runner.printed)
 
 
 class Runner(contextlib.AbstractContextManager):
@@ -302,7 +289,7 @@ class Runner(contextlib.AbstractContextManager):
 
     def __init__(self, reference: Reference, folder: Path, settings: GradingSettings) -> None:
         self.reference, self.folder, self.settings = reference, folder, settings
-        self.printed, self._is_fresh = "", False  # fresh: it has not been asked for a part yet
+        self.printed = ""
         self._child: SubmissionProcess | None = None
         self._bad: WorkerEnded | None = None  # why the files cannot be loaded
 
@@ -347,8 +334,8 @@ class Runner(contextlib.AbstractContextManager):
         multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
         """
         mark = marks[part.name]
-        tested = {one.name for one in self.reference.assignment.parts if one.replaces and not one.is_optional}
-        methods = [other for name, other in marks.items() if name in tested]
+        tested = [one for one in self.reference.assignment.parts if one.replaces and not one.is_optional]
+        methods = [marks[one.name] for one in tested]
         wrong = [other.name for other in methods if other.status == WRONG]
         if part.replaces or mark.status != WRONG or not wrong:
             return mark
@@ -372,8 +359,8 @@ class Runner(contextlib.AbstractContextManager):
         """
         request = {"do": "run", "part": part.name, "mended": list(mended)}
         while True:
+            is_first = self._child is None
             child = self._child or self._start()
-            is_first, self._is_fresh = self._is_fresh, False
             try:
                 return child.ask(request, self.reference.inputs[part.name])
             except WorkerEnded as error:
@@ -396,7 +383,6 @@ class Runner(contextlib.AbstractContextManager):
             self._bad = WorkerEnded(f"loading the files: {error.reason}", error.is_late)
             self._end()
             raise self._bad from None
-        self._is_fresh = True
         return self._child
 
     def _end(self) -> None:

@@ -81,16 +81,11 @@ def test(number: int, part: PartResult) -> dict:
         "score": part.earned,
         "max_score": part.points,
         "status": "passed" if part.status == RIGHT else "failed",
-        "output": feedback_on(part),
+        "output": "\n\n".join([f"**{part.status}**", *(escaped(line.strip()) for line in lines_of(part)[1:])]),
         "output_format": "md",
         "tags": [part.topic],
         "visibility": "visible",
     }
-
-
-def feedback_on(part: PartResult) -> str:
-    """What a student reads about a part, in Markdown."""
-    return "\n\n".join([f"**{part.status}**", *(escaped(line.strip()) for line in lines_of(part)[1:])])
 
 
 def escaped(text: str) -> str:

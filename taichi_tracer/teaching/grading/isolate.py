@@ -12,26 +12,26 @@ docs/teaching_security.md says what each level stops:
 import contextlib
 import io
 import json
+import math
 import os
 import secrets
 import shutil
 import signal
-import struct
+import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
-from concurrent import futures
-from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from functools import cache
+from multiprocessing import Pipe
 from pathlib import Path
 
 import numpy as np
 
 import taichi_tracer
+from taichi_tracer.files.disk import scene_data_dir
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.catalogue import SHIPPED
@@ -49,8 +49,7 @@ NOBODY = "65534:65534"  # the user and the group in a container
 OF_OTHERS = 10_000  # processes of the same user; where they count, too, looks at the processes end a fork bomb
 POLL = 0.2  # seconds between two looks at the memory
 CHUNK = 1 << 16  # bytes that are read at a time
-MOST_BYTES = 64 << 20  # of a message
-SIZE = struct.Struct("<Q")  # of a message, before it
+MOST_BYTES = 64 << 20  # of an answer
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
 SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
 KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
@@ -89,16 +88,12 @@ class WorkerEnded(Exception):
 
 
 def pack(facts: dict, arrays: Arrays) -> bytes:
-    """A message after its size; a ValueError if an array has no numbers, or if it would be too large."""
+    """A message; a ValueError if an array consists of objects."""
     file = io.BytesIO()
     file.write(json.dumps([facts, list(arrays)]).encode() + b"\n")
-    for name, array in arrays.items():
-        if array.dtype.kind not in "biuf":
-            raise ValueError(f"the array {name!r} has no numbers: its dtype is {array.dtype}")
+    for array in arrays.values():
         np.lib.format.write_array(file, np.asarray(array), version=(1, 0), allow_pickle=False)
-    if file.tell() > MOST_BYTES:
-        raise ValueError(f"an answer of {file.tell()} bytes is too large")
-    return SIZE.pack(file.tell()) + file.getvalue()
+    return file.getvalue()
 
 
 def unpack(message: bytes) -> tuple[dict, Arrays]:
@@ -136,10 +131,10 @@ class SubmissionProcess:
         stopped: threading.Event | None = None,
     ) -> None:
         self.limits, self.level, self._printed, self._stopped = limits, level, b"", stopped or threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._asked_at, self._wall, self._excess = 0.0, math.inf, None  # of the request; why the process was ended
         self._temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True)
         self.given = self._temporary.name
-        self.folder = self.given if level.startswith("limits") else WORK  # in which the hand-in may write
+        folder = self.given if level.startswith("limits") else WORK  # in which the hand-in may write
         copies = {"submission": files, f"assignment/{assignment and assignment.name}": assignment, "cache": kernels}
         for name, source in copies.items():
             if source is not None:
@@ -150,35 +145,24 @@ class SubmissionProcess:
             subprocess.run(["chown", "-R", f"{user}:{user}", self.given], check=True)
         if level.startswith(CONTAINER):
             os.chmod(self.given, 0o755)  # its user is another one
+        self._pipe, of_process = Pipe()
         self._process = subprocess.Popen(
-            self._command(),
+            command(level, self.given, folder, limits),
             bufsize=0,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+            stdin=of_process,
+            stdout=of_process,
             stderr=subprocess.PIPE,
             cwd="/",
-            env=environment(self.folder),
+            env=environment(folder),
             start_new_session=True,
             user=user,
             group=user,
             extra_groups=None if user is None else [],
         )
-        self._start(self._read_prints)
-
-    def _command(self) -> list[str]:
-        """The words that start the isolated process."""
-        is_container = self.level.startswith(CONTAINER)
-        place = f"sys.path[:{0 if is_container else ''}] = {[IN_CONTAINER] if is_container else python_path()!r}"
-        limits = asdict(self.limits)
-        if self.level not in ("bwrap", OTHER_USER):
-            limits["processes"] += OF_OTHERS
-        start = f"import os, sys; {place}; os.makedirs(os.environ['TMPDIR'], exist_ok=True)\n"
-        start += "from taichi_tracer.teaching.grading import worker; worker.main(*sys.argv[1:])"
-        python = "python3" if is_container else os.path.abspath(sys.executable)  # no folder before a ".." in bwrap
-        words = [python, "-c", start, self.given, self.folder, json.dumps(limits)]
-        if is_container:
-            return [*container_words(self.level.removeprefix(CONTAINER), self.given, self.limits), *words]
-        return [*bwrap_words(self.given), *words] if self.level == "bwrap" else words
+        of_process.close()
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._read_prints, self._watch)]
+        for thread in self._threads:
+            thread.start()
 
     def ask(self, message: dict, arrays: Arrays | None = None, wall: float | None = None) -> tuple[dict, Arrays]:
         """Send a request, see ``worker``, and wait for its answer.
@@ -189,52 +173,47 @@ class SubmissionProcess:
         Raises:
             WorkerEnded: the process has ended, was too slow, or sent something else. It is ended then.
         """
-        ticket, answer = secrets.token_hex(8), Future[bytes]()
-        wall = wall or self.limits.wall
-        end, request = time.monotonic() + wall, pack({**message, "ticket": ticket}, arrays or {})
-        self._start(self._exchange, request, answer)
+        ticket = secrets.token_hex(8)
+        self._asked_at, self._wall = time.monotonic(), wall or self.limits.wall
         try:
-            while not futures.wait([answer], POLL).done:
-                self._look()
-                if self._stopped.is_set():
-                    raise WorkerEnded("the grader was stopped")
-                if time.monotonic() > end:
-                    raise WorkerEnded(f"no answer came within {wall:g} seconds", is_late=True)
-            if not answer.result():
-                raise self._why_it_ended()
-            reply, found = unpack(answer.result())
+            self._pipe.send_bytes(pack({**message, "ticket": ticket}, arrays or {}))
+            reply, found = unpack(self._pipe.recv_bytes(MOST_BYTES))
             if reply.pop("ticket", None) != ticket:
                 raise ValueError("its ticket is wrong")
-            return reply, found
+        except (EOFError, ConnectionError):
+            reason = self._excess or self._why_it_ended()
+            self.end()
+            raise reason from None
         except Exception as error:
             self.end()
-            if isinstance(error, WorkerEnded):
-                raise
-            raise WorkerEnded(f"the process sent something else than its answer: {str(error)[:80]}") from None
+            text = f"the process sent something else than its answer: {str(error)[:80]}"
+            raise self._excess or WorkerEnded(text) from None
+        self._wall = math.inf
+        return reply, found
 
-    def _start(self, work: Callable, *arguments: object) -> None:
-        """Let a thread wait for the process; none of them outlives this one."""
-        self._threads.append(threading.Thread(target=work, args=arguments, daemon=True))
-        self._threads[-1].start()
+    def _watch(self) -> None:
+        """End the process as soon as it uses more than its limits; when it has ended, ``ask`` waits no longer.
 
-    def _exchange(self, request: bytes, answer: Future) -> None:
-        """Write a request, and read what answers it: nothing if the process ends, and no more than is allowed."""
-        message = b""
-        with contextlib.suppress(OSError, ValueError, struct.error):
-            with open(self._process.stdin.fileno(), "wb", closefd=False) as requests:
-                requests.write(request)
-            with open(self._process.stdout.fileno(), "rb", closefd=False) as answers:
-                (size,) = SIZE.unpack(answers.read(SIZE.size))
-                message = answers.read(size if size <= MOST_BYTES else 1)
-        answer.set_result(message)
-
-    def _look(self) -> None:
-        """Raise WorkerEnded if the processes use more than their limits."""
-        found = below(self._process.pid)
-        if len(found) > self.limits.processes:
-            raise WorkerEnded(f"it started {len(found)} processes, of which {self.limits.processes} are allowed")
-        if sum(found.values()) > self.limits.resident:
-            raise WorkerEnded(f"the processes used more than {self.limits.resident / 2**30:.3g} GiB of memory")
+        Something that it started may have left it, and may hold its end of the pipe open.
+        """
+        while self._excess is None and self._process.poll() is None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(POLL)
+            found = below(self._process.pid)
+            if self._stopped.is_set():
+                self._excess = WorkerEnded("the grader was stopped")
+            elif time.monotonic() > self._asked_at + self._wall:
+                self._excess = WorkerEnded(f"no answer came within {self._wall:g} seconds", is_late=True)
+            elif len(found) > self.limits.processes:
+                text = f"it started {len(found)} processes, of which {self.limits.processes} are allowed"
+                self._excess = WorkerEnded(text)
+            elif sum(found.values()) > self.limits.resident:
+                self._excess = WorkerEnded(
+                    f"the processes used more than {self.limits.resident / 2**30:.3g} GiB of memory"
+                )
+        self._kill()
+        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(self._pipe.fileno())) as ours:
+            ours.shutdown(socket.SHUT_RDWR)
 
     def _read_prints(self) -> None:
         """Read what is printed, and keep the first part."""
@@ -258,10 +237,8 @@ class SubmissionProcess:
             return WorkerEnded(f"it used more than {self.limits.cpu:g} seconds of the processor", is_late=True)
         return WorkerEnded(f"the process ended ({how})")
 
-    def end(self) -> None:
-        """End the process and everything that it started, and remove its folder."""
-        if self._process.stdout.closed:
-            return
+    def _kill(self) -> None:
+        """End the process and everything that it started."""
         for _ in range(50):  # they may start more meanwhile
             found = below(self._process.pid)
             for process in found:
@@ -273,11 +250,15 @@ class SubmissionProcess:
             os.killpg(self._process.pid, signal.SIGKILL)
         if self.level.startswith(CONTAINER):
             subprocess.run([engine(), "kill", os.path.basename(self.given)], capture_output=True, check=False)
+
+    def end(self) -> None:
+        """End the process and everything that it started, and remove its folder."""
+        self._kill()
         self._process.wait()
         for thread in self._threads:
             thread.join(1)
-        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
-            pipe.close()
+        self._pipe.close()
+        self._process.stderr.close()
         self._temporary.cleanup()
 
 
@@ -297,22 +278,21 @@ def below(root: int) -> dict[int, int]:
 # ── what a process sees ──
 
 
-def python_path() -> list[str]:
-    """Where this process finds modules, without the working folder, whose files could stand before Python's own."""
-    package = str(PACKAGE.parent)
-    paths = (os.path.normpath(p) for p in sys.path if p not in ("", package) and Path(p).resolve() != Path.cwd())
-    return [package, *paths]
+def command(level: str, given: str, folder: str, limits: Limits) -> list[str]:
+    """The words that start the isolated process; see ``SubmissionProcess``."""
+    numbers = asdict(limits)
+    if level not in ("bwrap", OTHER_USER):
+        numbers["processes"] += OF_OTHERS
+    python = "python3" if level.startswith(CONTAINER) else os.path.abspath(sys.executable)  # bwrap knows no ".."
+    words = [python, "-m", "taichi_tracer.teaching.grading.worker", given, folder, json.dumps(numbers)]
+    if level.startswith(CONTAINER):
+        return [*container_words(level.removeprefix(CONTAINER), given, limits), *words]
+    return [*bwrap_words(given), *words] if level == "bwrap" else words
 
 
-@cache
-def readable() -> tuple[str, ...]:
-    """Where Python, the package, its libraries and its scenes are."""
-    from taichi_tracer.files.disk import scene_data_dir
-
-    places = {sys.prefix, sys.base_prefix, sys.exec_prefix, str(PACKAGE), str(scene_data_dir())}
-    places |= {os.path.dirname(os.path.realpath(sys.executable))}
-    places |= {p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")}
-    return tuple(places | {os.path.realpath(p) for p in places})
+def libraries() -> list[str]:
+    """The folders of installed libraries; those in the teacher's home are not found without being named."""
+    return [path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")]
 
 
 def environment(folder: str) -> dict[str, str]:
@@ -320,7 +300,8 @@ def environment(folder: str) -> dict[str, str]:
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     return kept | {
         "HOME": folder,
-        "TMPDIR": f"{folder}/tmp",
+        "TMPDIR": folder,
+        "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), *libraries()]),
         "TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/cache",
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONHASHSEED": "0",
@@ -333,9 +314,11 @@ def environment(folder: str) -> dict[str, str]:
 
 
 def bwrap_words(given: str) -> list[str]:
-    """The words that let bubblewrap make its world: what Python needs, read only, and ``WORK``."""
+    """The words that let bubblewrap make its world: what Python and the package need, read only, and ``WORK``."""
+    python = {sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.dirname(os.path.realpath(sys.executable))}
+    own = {*python, *libraries(), str(PACKAGE), str(scene_data_dir())}
     words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"]
-    for path in sorted({*SYSTEM, *readable(), given}, key=len):  # what contains others comes first
+    for path in sorted({*SYSTEM, *own, *map(os.path.realpath, own), given}, key=len):  # what contains others is first
         words += ["--ro-bind-try", path, path]
     words += ["--tmpfs", str(SHIPPED), "--dev", "/dev", "--proc", "/proc"]
     return [*words, "--size", str(DISK), "--perms", "0777", "--tmpfs", WORK, "--chdir", "/", "--remount-ro", "/"]
@@ -358,7 +341,7 @@ def container_words(image: str, given: str, limits: Limits) -> list[str]:
     words += ["--tmpfs", f"{WORK}:rw,exec,mode=1777,size={DISK}", "--volume", f"{given}:{given}:ro"]
     words += ["--volume", f"{PACKAGE}:{IN_CONTAINER}/{PACKAGE.name}:ro"]
     words += ["--tmpfs", f"{IN_CONTAINER}/{SHIPPED.relative_to(PACKAGE.parent)}"]
-    for variable, value in environment(WORK).items():
+    for variable, value in (environment(WORK) | {"PYTHONPATH": IN_CONTAINER}).items():
         words += [] if variable in KEPT_VARIABLES else ["--env", f"{variable}={value}"]
     return [*words, image]
 
@@ -373,7 +356,7 @@ def problem_of(level: str) -> str | None:
         child = SubmissionProcess(level, Limits())
         child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
         child.end()
-    except OSError:
+    except (OSError, subprocess.CalledProcessError):
         return "bubblewrap, which runs on Linux only, is not installed: apt-get install bubblewrap"
     except WorkerEnded as error:
         output = " ".join((child.output or error.reason).split())[-200:]

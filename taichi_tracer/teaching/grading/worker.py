@@ -19,13 +19,14 @@ import shutil
 import signal
 import sys
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from taichi_tracer.system import runtime
 from taichi_tracer.teaching import catalogue, running
 from taichi_tracer.teaching.base import Arrays
-from taichi_tracer.teaching.grading.isolate import SIZE, pack, unpack
+from taichi_tracer.teaching.grading.isolate import pack, unpack
 
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Linux, from its headers
 
@@ -77,30 +78,28 @@ def main(given: str, folder: str, limits: str) -> None:
         given: the folder with the files. folder: where they are copied, if it is another one.
         limits: the fields of ``isolate.Limits`` as JSON.
     """
-    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    requests, answers = Connection(os.dup(0), writable=False), Connection(os.dup(1), readable=False)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # so that prints are no answers
     take_limits(json.loads(limits))
     if folder != given:
         shutil.copytree(given, folder, dirs_exist_ok=True)
-    for name in ("tmp", "cache"):
-        os.makedirs(f"{folder}/{name}", exist_ok=True)
     os.chdir(folder)
     runtime.init(arch="cpu", threads=1)
     work = Work()
-    while size := requests.read(SIZE.size):
-        message, arrays = unpack(requests.read(*SIZE.unpack(size)))
-        ticket = {"ticket": message["ticket"]}
-        allow_cpu(json.loads(limits)["cpu"])
-        facts, found = getattr(work, message["do"])(message, arrays)
-        try:
-            data = pack(facts | ticket, found)
-        except ValueError as error:
-            data = pack({"status": "crashed", "message": str(error), **ticket}, {})
-        with contextlib.suppress(Exception):  # the hand-in may have closed or replaced it
-            sys.stdout.flush()
-        answers.write(data)
-        answers.flush()
+    with contextlib.suppress(EOFError):  # the grader has closed the pipe
+        while True:
+            message, arrays = unpack(requests.recv_bytes())
+            ticket = {"ticket": message["ticket"]}
+            allow_cpu(json.loads(limits)["cpu"])
+            facts, found = getattr(work, message["do"])(message, arrays)
+            try:
+                data = pack(facts | ticket, found)
+            except ValueError as error:
+                data = pack({"status": "crashed", "message": str(error), **ticket}, {})
+            with contextlib.suppress(Exception):  # the hand-in may have closed or replaced it
+                sys.stdout.flush()
+            answers.send_bytes(data)
     os._exit(0)
 
 
@@ -128,3 +127,7 @@ def allow_cpu(seconds: float) -> None:
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

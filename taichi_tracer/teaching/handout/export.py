@@ -86,7 +86,9 @@ def write_notebook(
 
 def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed: int) -> list[Path]:
     """Write texts, the pictures of the assignment, and the checks of an assignment that is not in the package."""
-    make_empty(folder)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder}: there is something already, and nothing is written over it: give a new folder")
+    folder.mkdir(parents=True, exist_ok=True)
     if not is_shipped(assignment):
         seal(assignment, folder / CHECKS, seed)
     for name, text in texts.items():
@@ -95,13 +97,6 @@ def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed:
         for picture in assignment.folder.glob(ending):
             shutil.copyfile(picture, folder / picture.name)
     return sorted(path for path in folder.rglob("*") if path.is_file())
-
-
-def make_empty(folder: Path) -> None:
-    """Make a folder; an InputError if there is something in it."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(f"{folder}: there is something already, and nothing is written over it: give a new folder")
-    folder.mkdir(parents=True, exist_ok=True)
 
 
 def sources(assignment: Assignment, form: str) -> dict[str, str]:

@@ -3,7 +3,6 @@
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.teaching import fixtures
 from taichi_tracer.teaching.base import Arrays, Numbers, Samples, length_of, method, optional, picture, statistics
@@ -54,13 +53,12 @@ def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
 
 def make_fields(ids: np.ndarray, areas: np.ndarray) -> dict:
     """The fields of a sampler of lights."""
-    store = memory.Memory()
-    fields = {"emissive_triangle_ids": ti.field(ti.i32), "cdf": ti.field(float), "areas": ti.field(float)}
-    store.fields.dense(ti.i, len(ids)).place(*fields.values())
-    store.allocate()
-    for i in range(len(ids)):
+    count = len(ids)
+    fields = {"emissive_triangle_ids": ti.field(ti.i32, count), "cdf": ti.field(float, count)}
+    fields["areas"] = ti.field(float, count)
+    for i in range(count):
         fields["emissive_triangle_ids"][i], fields["areas"][i] = int(ids[i]), float(areas[i])
-    return {**fields, "store": store}
+    return fields
 
 
 def run_cdf(sampler_class: type, inputs: Arrays) -> Arrays:

@@ -9,8 +9,7 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import bound
-from taichi_tracer.effects import Effects
-from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.geometry import Mesh
 from taichi_tracer.teaching import fixtures
 from taichi_tracer.teaching.base import Arrays, Numbers, method, picture
 from taichi_tracer.teaching.fixtures import rows
@@ -259,43 +258,6 @@ def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
 # ── the sum of all lights ──
 
 
-@ti.data_oriented
-class PlainScene:
-    """Lights and balls, of which only the shadows matter. Kernels may ask for these in all ways that scenes have.
-
-    Args:
-        balls: (n, 4) centres and radii.
-    """
-
-    def __init__(self, lights: list, balls: np.ndarray) -> None:
-        self.effects = Effects(**fixtures.PLAIN_EFFECTS)
-        self.lights, self.balls = SceneLights(lights, self.effects), balls.tolist()
-        self.ray_intersector = self
-
-    @ti.func
-    def is_blocked(self, surface, w_i, distance):
-        """Whether a ball lies between a surface and a light; the surface itself is not asked."""
-        return self.is_occluded(surface.ray_along(w_i), distance)
-
-    @ti.func
-    def is_occluded(self, ray, distance):
-        """Whether a ray hits a ball before this distance."""
-        return self.query_ray(ray).distance < distance
-
-    @ti.func
-    def query_ray(self, ray):
-        """Whether a ray hits a ball, and where; nothing else of the hit."""
-        hit = tt.no_hit()
-        for ball in ti.static(self.balls):
-            way = tm.vec3(*ball[:3]) - ray.origin
-            squared = ball[3] ** 2 - tm.cross(way, ray.direction).norm_sqr()
-            if squared > 0:
-                t = tm.dot(way, ray.direction) - ti.sqrt(squared)
-                if t > 0 and t < hit.distance:
-                    hit.is_hit, hit.distance = 1, t
-        return hit
-
-
 def lit_surfaces(rng: np.random.Generator) -> Arrays:
     """Surfaces on a floor, under a sun, a lamp and a spot. One ball casts shadows.
 
@@ -322,22 +284,20 @@ def lit_surfaces(rng: np.random.Generator) -> Arrays:
     return {**given, "lamp": lamp, "spot": spot, "balls": balls, "strength": strength}
 
 
-def lights_of(lamp: np.ndarray, spot: np.ndarray, strength: np.ndarray) -> list:
-    """Two ambient lights, a sun, a lamp and a spot."""
+def make_lit_scene(lamp, spot, strength, balls) -> Any:
+    """Balls, of which only the shadows matter, and two ambient lights, a sun, a lamp and a spot."""
     ambient, more, sun, point, cone = strength.tolist()
-    return [
-        tt.AmbientLight(ambient),
-        tt.AmbientLight(more),
-        tt.DirectionalLight((0.4, -1, 0.3), sun),
-        tt.PointLight(lamp.tolist(), point, (0.5, 0.2, 0.6)),
-        tt.SpotLight(*spot.tolist(), cone, 55, 25, (1, 0, 0.4)),
-    ]
+    lights: list = [tt.AmbientLight(ambient), tt.AmbientLight(more), tt.DirectionalLight((0.4, -1, 0.3), sun)]
+    lights += [tt.PointLight(lamp.tolist(), point, (0.5, 0.2, 0.6))]
+    lights += [tt.SpotLight(*spot.tolist(), cone, 55, 25, (1, 0, 0.4))]
+    mesh = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32), spheres=balls)
+    return tt.SceneData(mesh, lights=lights, intersector=tt.BruteForceRayIntersector)
 
 
 def run_shade(integrator_class: type, inputs: Arrays) -> Arrays:
     """What each surface sends to the viewer."""
-    lights = lights_of(*(inputs[name] for name in ("lamp", "spot", "strength")))
-    scene, integrator = PlainScene(lights, inputs["balls"]), integrator_class()
+    given = (inputs[name] for name in ("lamp", "spot", "strength", "balls"))
+    scene, integrator = fixtures.cached("balls", make_lit_scene, *given).in_kernels(), integrator_class()
 
     @ti.func
     def shaded(x, n, flat, w_o, numbers):
