@@ -22,6 +22,7 @@ class LampTable:
     Attributes:
         primitives: (L,) int32, the id of a triangle, or −1 − the id of a sphere.
         ids: (L,) int32, the numbers of the same primitives in the order of the file, as in ``HitData``.
+        materials: (L,) int64, the ids of their materials.
         areas: (L,) their areas.
         radiance: (L,) luminance of Ke, see ``formulas.luminance``.
         low, high: (L, 3) corners of their boxes.
@@ -31,6 +32,7 @@ class LampTable:
 
     primitives: np.ndarray
     ids: np.ndarray
+    materials: np.ndarray
     areas: np.ndarray
     radiance: np.ndarray
     low: np.ndarray

@@ -255,6 +255,7 @@ def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTabl
     return LampTable(
         primitives=np.concatenate([triangles, -1 - spheres]).astype(np.int32),
         ids=np.concatenate([triangle_ids[triangles], sphere_ids[spheres]]).astype(np.int32),
+        materials=materials_of,
         areas=np.concatenate([twice / 2, 4 * np.pi * r[:, 0] ** 2]),
         radiance=luminance(colors[materials_of]),
         low=np.concatenate([v.min(axis=1), centres - r]),

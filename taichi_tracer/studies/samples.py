@@ -230,12 +230,10 @@ def choice_table(found: list[Counts]) -> list[str]:
 
 def top_table(found: list[Counts], scene: SceneData, most: int) -> list[str]:
     """Lines of text: the lamps that each choice takes most often, by their ids and materials."""
-    table, mesh, rows = scene.lamps.table, scene.geometry.mesh, []
+    table, rows = scene.lamps.table, []
     for one in found:
         for lamp, share in one.top(most):
-            row = table.primitives[lamp]
-            material = mesh.face_materials[row] if row >= 0 else mesh.sphere_materials[-1 - row]
-            name = scene.materials[material].name
+            name = scene.materials[table.materials[lamp]].name
             rows.append({"choice": one.name, "lamp": str(table.ids[lamp]), "share": f"{share:.2%}", "material": name})
     return in_columns(rows)
 

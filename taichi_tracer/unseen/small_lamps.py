@@ -126,9 +126,5 @@ def area_of_pixel(camera: Any, points: np.ndarray) -> np.ndarray:
 
 def radiance_of(scene_data: Any) -> np.ndarray:
     """(L,) the radiance of each lamp, as the root mean square of the channels."""
-    mesh, table = scene_data.geometry.mesh, scene_data.lamps.table
-    is_triangle = table.primitives >= 0
-    of = np.empty(len(table), np.int64)
-    of[is_triangle] = np.asarray(mesh.face_materials)[table.primitives[is_triangle]]
-    of[~is_triangle] = np.asarray(mesh.sphere_materials)[-1 - table.primitives[~is_triangle]]
-    return np.sqrt(np.square(np.array([m.Ke for m in scene_data.materials], np.float64)[of]).mean(axis=1))
+    emission = np.array([material.Ke for material in scene_data.materials], np.float64)
+    return np.sqrt(np.square(emission[scene_data.lamps.table.materials]).mean(axis=1))

@@ -228,10 +228,8 @@ class ClosedSphere(Case):
         edge = rng.integers(0, len(self.edges), count)
         share = rng.uniform(size=(count, 1))
         share[: count // 8] = 0.5
-        is_vertex = np.zeros(count, bool)
-        if vertices:
-            is_vertex[count // 2 :] = True
-            share[is_vertex] = 0
+        is_vertex = (np.arange(count) >= count // 2) & vertices
+        share[is_vertex] = 0
         p, q = self.vertices[self.edges[edge, 0]], self.vertices[self.edges[edge, 1]]
         return is_vertex, p * (1 - share) + q * share
 
