@@ -49,14 +49,12 @@ class Step:
         values: name → number or (n,) array: what the step got, and what it gave.
         steps: the steps within it, in order.
         verdict: what follows from the numbers, in words; "" if nothing does.
-        order: its number among all steps.
     """
 
     name: str
     values: dict[str, Any] = field(default_factory=dict)
     steps: list["Step"] = field(default_factory=list)
     verdict: str = ""
-    order: int = 0
 
     def as_data(self) -> dict[str, Any]:
         """The step as JSON has it."""
@@ -93,8 +91,6 @@ def steps_of(noted: list[tuple[Entry, dict[str, Any]]]) -> list[Step]:
         if entry.mark == "begin":
             open_steps.append(step)
     judge(root)
-    for k, step in enumerate(steps_within(root.steps)):
-        step.order = k
     return root.steps
 
 
@@ -362,13 +358,6 @@ def weigh(terms: list[Term], reflected: list[np.ndarray]) -> None:
             lit[0].factors[APPLIED] = weight
 
 
-def remainder(value: np.ndarray, terms: list[Term]) -> np.ndarray:
-    """(3,) what the terms do not explain of the value of a sample; 0 if it is as small as rounding."""
-    values = np.array([term.value for term in terms])
-    rest = value - values.sum(axis=0)
-    return np.zeros(3) if abs(rest).max() <= ROUNDING * abs(values).max() else rest
-
-
 # ── drawings: the path from the side, the first surface with its lobe, the pixel ──
 
 
@@ -378,17 +367,15 @@ STUB = 0.35  # of the extent of the path: the length of an arrow that leaves it;
 LEAST = 1e-3  # the weight of normals for the plane of a path: they decide only where the path is a straight line
 FLAT = 1e-9  # a shorter vector has no direction
 SIDE, RING = 160, 23  # of the small picture: its width in pixels; the radius of the ring is one part in so many
-Arrow = tuple[Any, Any, str, str]  # from where, along which direction, its colour, what it is
-Direction = tuple[Any, str, str]  # a unit vector, its colour, what it is
 
 
-def path_drawing(points: np.ndarray, normals: np.ndarray, arrows: Sequence[Arrow]) -> str:
+def path_drawing(points: np.ndarray, normals: np.ndarray, arrows: Sequence[tuple]) -> str:
     """The path on the plane that fits it best, as SVG.
 
     Args:
         points: (n, 3): the eye, then the surfaces; the last one may be far away.
         normals: (n − 1, 3) of the surfaces.
-        arrows: of the directions that were sampled.
+        arrows: (from where, along which unit vector, its colour, what it is) of the directions that were sampled.
     """
     frame, axes = plane_of(points, normals), empty_axes()
     flat = points @ frame.T
@@ -405,13 +392,14 @@ def path_drawing(points: np.ndarray, normals: np.ndarray, arrows: Sequence[Arrow
     return as_figure(axes, "the path from the eye, seen from the side")
 
 
-def lobe_drawing(lobe: np.ndarray, w_o: np.ndarray, normal: np.ndarray, directions: Sequence[Direction]) -> str:
+def lobe_drawing(lobe: np.ndarray, w_o: np.ndarray, normal: np.ndarray, directions: Sequence[tuple]) -> str:
     """The first surface in the plane of its normal and the viewer, with f_r cos θ for every direction in this plane.
 
     Args:
         lobe: (n,) f_r max(n·ω_i, 0) at n angles from −90° to 90°, positive on the viewer's side.
         w_o, normal: unit vectors.
-        directions: that were sampled; they are turned about the normal into the plane.
+        directions: (unit vector, its colour, what it is) that were sampled; they are turned about the normal into the
+            plane.
 
     Returns:
         SVG.
@@ -491,13 +479,17 @@ def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: 
 
 
 BRDF = "BRDF"  # what a direction is called that the BRDF gave
-SAMPLED = dict.fromkeys(("a direction from the light", OF_LIGHTS), (OF_LIGHT, "light"))
-SAMPLED |= {OF_BRDF: (LOBE, BRDF)}  # step that samples a direction → its colour, and what it is
+# Step that samples a direction → its colour, and what it is.
+SAMPLED = {OF_LIGHTS: (OF_LIGHT, "light"), OF_BRDF: (LOBE, BRDF)}
 NUMBERS = F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, L, APPLIED
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
 RAYS = ("query_segment", "query_ray", "is_occluded")
-COUNTED = {"a node is entered": "nodes entered", "a box is tried": "boxes tried"}
-COUNTED |= {TRIED[0]: "triangles tried", TRIED[1]: "spheres tried"}
+COUNTED = {
+    "a node is entered": "nodes entered",
+    "a box is tried": "boxes tried",
+    TRIED[0]: "triangles tried",
+    TRIED[1]: "spheres tried",
+}
 
 
 @dataclass
@@ -554,20 +546,13 @@ class Explanation:
         if self.samples > 1:
             lines.append(f"the pixel      {text_of_value('mean', self.mean)} of {self.samples} samples")
             lines.append(f"               {text_of_value('standard error', self.error)}")
-        lines.append(f"work           {self.work}")
+        rays = sum(len(self.find(name)) for name in RAYS)
+        words = [f"{rays} ray{'s' * (rays != 1)} traced"]
+        words += [f"{self.counts[name]:,} {plural}" for name, plural in COUNTED.items() if self.counts.get(name)]
+        lines.append(f"work           {', '.join(words)}")
         if not self.is_complete:
             lines.append("               the sample takes more steps than are kept: the last ones are missing")
         return lines
-
-    @property
-    def work(self) -> str:
-        """How many rays were sent, nodes entered and primitives tried."""
-        rays = sum(len(self.find(name)) for name in RAYS)
-        words = [f"{rays} ray{'s' * (rays != 1)} traced"]
-        for name, plural in COUNTED.items():
-            if self.counts.get(name):
-                words.append(f"{self.counts[name]:,} {plural}")
-        return ", ".join(words)
 
     def find(self, name: str) -> list[Step]:
         """All steps of this name, in order."""
@@ -586,7 +571,9 @@ class Explanation:
     @property
     def remainder(self) -> np.ndarray:
         """(3,) what the terms leave unexplained of the value; 0 if nothing but rounding."""
-        return remainder(self.value, list(self.terms))
+        values = np.array([term.value for term in self.terms])
+        rest = self.value - values.sum(axis=0)
+        return np.zeros(3) if abs(rest).max() <= ROUNDING * abs(values).max() else rest
 
     @property
     def equation(self) -> list[str]:
@@ -606,9 +593,9 @@ class Explanation:
         if not surfaces or not rays:
             return []
         points = np.array([rays[0].values["ray.origin"], *(s.values["position"] for s in surfaces)])
-        arrows = []
+        arrows, where = [], -1  # the number of the surface
         for step in steps_within(self.steps):
-            where = max((k for k, s in enumerate(surfaces) if s.order < step.order), default=0)
+            where += step.name == "surface"
             if step.name in SAMPLED:
                 arrows.append((where, step.values["w_i"], *SAMPLED[step.name]))
         shown = [

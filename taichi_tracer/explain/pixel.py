@@ -46,10 +46,6 @@ class Log:
         self._memory.fields.dense(ti.i, MOST_KINDS).place(self.counts)
         self._memory.allocate()
 
-    def is_over(self) -> bool:
-        """Whether its memory is gone, because Taichi was started again."""
-        return self._memory.is_over()
-
     def clear(self) -> None:
         """Forget everything that was noted, and note nothing until ``is_on`` is 1."""
         self.used[None] = self.is_on[None] = self.is_full[None] = 0
@@ -165,6 +161,10 @@ INTERSECTOR = {
     "query_segment": NotedMethod(got=("ray", "t_min", "t_max"), gave=("",), is_group=True),
     "is_occluded": NotedMethod(got=("ray", "t_max"), gave=("is_blocked",), is_group=True),
     "intersect_triangle": NotedMethod(got=("triangle_id",), gave=("",), is_limited=True),
+    "sphere_candidate": NotedMethod("a sphere is tried", ("sphere_id",), ("taken",), is_limited=True),
+    # Of objects that stand in several places: from here on, nodes are those of the object.
+    "bounds_in": NotedMethod("a place is entered", ("place",), (), is_limited=True),
+    "ellipsoid_in": NotedMethod("a sphere is tried", ("place", "sphere_id"), ("taken",), is_limited=True),
 }
 SCENE = {
     "emitted": NotedMethod(gave=("L_e",)),
@@ -254,26 +254,19 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``triangle_hit``."""
         note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
 
-    def tried_sphere(part, t, ray, bounds, sphere_id, t_min):
-        """``sphere_candidate``."""
-        log.note("a sphere is tried", is_limited=True, sphere_id=sphere_id, taken=t)
-
-    def came(part, bounds, place, ray):
-        """``bounds_in`` of objects that stand in several places: from here on, nodes are those of the object."""
-        log.note("a place is entered", is_limited=True, place=place)
-
     def tried_in(part, result, place, number, *triangle):
-        """``try_corners_in`` of the same."""
+        """``try_corners_in`` of objects that stand in several places."""
         _, ray, _, corners = triangle
         note_triangle(log, part, ray, part.geometry.places.id_of(place, number), corners, result[0])
 
-    def tried_ellipsoid(part, t, place, sphere_id, ray, t_min):
-        """``ellipsoid_in`` of the same."""
-        log.note("a sphere is tried", is_limited=True, sphere_id=sphere_id, place=place, taken=t)
-
-    methods = {"bounds_in": came, "try_corners_in": tried_in, "ellipsoid_in": tried_ellipsoid}
-    methods |= {"met_children": entered, "node_interval": tried_box, "sphere_candidate": tried_sphere}
-    methods |= {"try_corners": tried_corners, "solved": tried_solved, "triangle_hit": tried_hit}
+    methods = {
+        "met_children": entered,
+        "node_interval": tried_box,
+        "try_corners": tried_corners,
+        "solved": tried_solved,
+        "triangle_hit": tried_hit,
+        "try_corners_in": tried_in,
+    }
     return {name: after(act) for name, act in methods.items()}
 
 
@@ -354,10 +347,7 @@ class PixelExplainer:
 
     def __init__(self, renderer: Any, parts: Any) -> None:
         self.renderer, self.log, self._of = renderer, Log(), (parts.scene, parts.integrator, renderer.camera)
-        film = renderer.film
-        self.film = Film(
-            1, 1, None, film.halves == 2 and not film.doubles, film.keeps_deviation, film.averages, film.doubles
-        )
+        self.film = Film(1, 1, **renderer.film.kind)
         self.pixels, self.scene = SomePixels(self.end), parts.scene
         scene, eye_rays = recorded_scene(parts.scene, self.log), copy.copy(parts.eye_rays)
         eye_rays.camera, eye_rays.intersector = recorded(renderer.camera, self.log, CAMERA), scene.ray_intersector
@@ -376,7 +366,7 @@ class PixelExplainer:
 
     def is_of(self, *parts: Any) -> bool:
         """Whether it explains with this scene, integrator and camera, and Taichi was not started again since."""
-        return not self.log.is_over() and all(one is own for one, own in zip(parts, self._of, strict=True))
+        return not self._memory.is_over() and all(one is own for one, own in zip(parts, self._of, strict=True))
 
     def explain(self, column: int, row: int, sample: int | None, first: int, count: int) -> Explanation:
         """The explanation of a sample of the pixel in this column from the left and this row from the top.
@@ -424,7 +414,6 @@ class PixelExplainer:
         r, values = self.renderer, np.zeros((count, 3))
         self.film.reset()
         self.log.clear()
-        self.log.is_on[None] = 0
         for k in range(count):
             if sample is not None and k in (sample, sample + 1):
                 self.log.is_on[None] = int(k == sample)

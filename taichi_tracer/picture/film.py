@@ -66,6 +66,7 @@ class Film:
 
     Attributes:
         canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
+        kind: the last four arguments.
         half_count: [x, y, half] the number of samples of each half.
         total: [x, y, half] the sum of the samples of each half. lost: what it rounded off; only if it ``compensates``.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
@@ -97,6 +98,12 @@ class Film:
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
+        self.kind = {
+            "replicated": replicated,
+            "keeps_deviation": self.keeps_deviation,
+            "averages": averages,
+            "doubles": doubles,
+        }
         self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
         self.rare = rare_light.of_kinds([])
@@ -137,7 +144,6 @@ class Film:
 
     def reset(self) -> None:
         """Forget every sample. The canvas keeps its last picture until the next sample."""
-        self.check_alive()
         for field in self._sums().values():
             self.memory.clear(field)
         self.samples = 0
@@ -186,7 +192,7 @@ class Film:
             self.add_to_half(x, y, half, value)
             self.half_count[x, y, half] = self.half_count[x, y, half] + 1
             if ti.static(self.halves == 2):
-                self.largest[x, y] = ti.max(self.largest[x, y], mean_of_channels(value))
+                self.largest[x, y] = ti.max(self.largest[x, y], (value * ti.static(1 / 3)).sum())
         else:
             self.locate(x, y, sample)
 
@@ -269,17 +275,14 @@ class Film:
     @property
     def non_finite(self) -> int:
         """How many samples were not finite."""
-        self.check_alive()
         return int(self.memory.read(self.non_finites)[0, 0])
 
     def non_finite_samples(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of the first ``MAX_LOCATED`` samples that were not finite."""
-        self.check_alive()
         return [tuple(place) for place in self.memory.read(self.non_finites)[1 : 1 + self.non_finite].tolist()]
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
-        self.check_alive()
         canvas = self.memory.read(self.canvas)
         if not self.averages:
             return upright(canvas)
@@ -287,7 +290,6 @@ class Film:
 
     def half_images(self) -> tuple[np.ndarray, np.ndarray] | None:
         """(h, w, 3) float32, top row first: the means of two independent halves of the samples; None without them."""
-        self.check_alive()
         if self.halves == 1 or self.doubles or not self.averages:
             return None
         total, counts = self._totals(), self.memory.read(self.half_count)[..., None]
@@ -353,7 +355,6 @@ class Film:
 
     def spread(self) -> Spread:
         """The standard error of every pixel, and from how many samples and groups of samples it was estimated."""
-        self.check_alive()
         groups = count = self.counts()
         if self.halves == 2:
             halves, total = self.memory.read(self.half_count), self._totals()
@@ -372,7 +373,6 @@ class Film:
 
         The film must keep deviations. The variances of the three channels are added.
         """
-        self.check_alive()
         squares = self.memory.read(self.deviation).sum(axis=2, dtype=np.float64)
         return upright(np.sqrt(squares / np.maximum(self.counts() - 1, 1)), np.float64)
 
@@ -380,19 +380,15 @@ class Film:
 
     def alike(self) -> "Film":
         """An empty film of the same kind, whose samples this one can ``merge``."""
-        is_replicated = self.halves == 2 and not self.doubles
-        options = self.keeps_deviation, self.averages, self.doubles
-        return Film(self.width, self.height, self.crop, is_replicated, *options)
+        return Film(self.width, self.height, self.crop, **self.kind)
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
-        self.check_alive()
-        other.check_alive()
         if (self.width, self.height) != (other.width, other.height):
             raise InputError(
                 f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
             )
-        if (self.halves, self.doubles, self.keeps_deviation) != (other.halves, other.doubles, other.keeps_deviation):
+        if self.kind != other.kind:
             raise InputError("film: samples of different samplers cannot be added")
         n, m = self.counts(), other.counts()
         mine, theirs = self.to_arrays(), other.to_arrays()
@@ -437,25 +433,21 @@ class Film:
 
         ``rare`` is the attribute.
         """
-        self.check_alive()
         sums = {name: self.memory.read(field) for name, field in self._sums().items()}
         return sums | {"rare": self.rare}
 
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
-        for name in (*self._sums(), "rare"):
+        for name, own in self.to_arrays().items():
             if name not in arrays:
                 raise InputError(
                     f"{source}: it has no {name}: its samples are of another kind of sampler, or of another version"
                 )
-        for name, field in self._sums().items():
-            shape = self.memory.read(field).shape
-            if arrays[name].shape != shape:
-                raise InputError(f"{source}: {name} has the shape {arrays[name].shape}, and not {shape}")
+            if name != "rare" and arrays[name].shape != own.shape:
+                raise InputError(f"{source}: {name} has the shape {arrays[name].shape}, and not {own.shape}")
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
-        self.check_alive()
         self.check_arrays(arrays)
         for name, field in self._sums().items():
             self.memory.write(field, arrays[name])
@@ -475,12 +467,6 @@ def two_sum(a, b):
     total = rounded(a + b)
     part = rounded(total - a)
     return total, (a - (total - part)) + (b - part)
-
-
-@ti.func
-def mean_of_channels(value):
-    """The mean of red, green and blue."""
-    return (value * ti.static(1 / 3)).sum()
 
 
 @ti.func

@@ -413,6 +413,7 @@ class Memory:
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""
+        self.check("field")
         return self.array(field).copy() if self.has_arrays else field.to_numpy()
 
     def __enter__(self) -> Any:
