@@ -25,10 +25,10 @@ class Aov:
 
     Attributes:
         name: the name that ``renderer.aov`` and ``--aov`` take.
-        member: the member of ``RayHits``, or of ``AlbedoUv``, that it shows.
+        member: the member of ``RayHits``, or the key of ``albedo_uv_of``, that it shows.
         miss: its value where the ray hits nothing.
         channels: the names of its components in an EXR file.
-        is_look: whether it is a member of ``AlbedoUv``.
+        is_look: whether it comes from ``albedo_uv_of``.
     """
 
     name: str
@@ -42,9 +42,9 @@ class Aov:
 
         Args:
             hits: the ``RayHits``.
-            looks: their ``AlbedoUv``, which are needed if ``is_look``.
+            looks: what ``albedo_uv_of`` says of them, which is needed if ``is_look``.
         """
-        values = getattr(looks if self.is_look else hits, self.member).copy()
+        values = (looks[self.member] if self.is_look else getattr(hits, self.member)).copy()
         values[~hits.is_hit] = self.miss
         return values
 
@@ -91,26 +91,19 @@ def as_channels(aov: Aov, values: np.ndarray) -> dict[str, np.ndarray]:
     return dict(zip(aov.channels, planes, strict=True))
 
 
-@dataclass
-class AlbedoUv:
-    """Arrays with one row per ray, 0 for a ray that hits nothing.
+def albedo_uv_of(scene: Any, hits: RayHits) -> dict[str, np.ndarray]:
+    """The surfaces that rays hit, in the precision of ``hits``; ``scene`` is a ``SceneInKernels``.
 
-    Attributes:
-        uv: (n, 2) where the texture is looked up, not only its fractional part; 0 in a scene without textures.
-        albedo: (n, 3) linear Kd with its texture and the colours of vertices.
+    Returns:
+        Arrays with one row per ray, 0 for a ray that hits nothing: "uv", (n, 2) where the texture is looked up, not
+        only its fractional part, 0 in a scene without textures; "albedo", (n, 3) linear Kd with its texture and the
+        colours of vertices.
     """
-
-    uv: np.ndarray
-    albedo: np.ndarray
-
-
-def albedo_uv_of(scene: Any, hits: RayHits) -> AlbedoUv:
-    """Albedo and uv of the surfaces that rays hit, in the precision of ``hits``; ``scene`` is a ``SceneInKernels``."""
     n, dtype = len(hits), hits.distance.dtype
-    looks = AlbedoUv(np.zeros((n, 2), dtype), np.zeros((n, 3), dtype))
+    looks = {"uv": np.zeros((n, 2), dtype), "albedo": np.zeros((n, 3), dtype)}
     if n > 0:
         inputs = (hits.triangle_id, hits.material_id, hits.barycentric_coords)
-        _look_up(scene, *map(np.ascontiguousarray, inputs), looks.uv, looks.albedo)
+        _look_up(scene, *map(np.ascontiguousarray, inputs), **looks)
     return looks
 
 

@@ -14,7 +14,6 @@ from taichi_tracer.picture.own_parts import note_numbers
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError
 
-SAMPLES_PER_SECOND = 7e6  # of simple scenes: enough to tell short pictures from long ones
 FIRST_ERROR = 8  # samples per pixel before an estimated error may end the rendering; fewer could miss some light
 # Seconds of rendering before the first estimate, if no target depends on it: less is over before anybody has read it.
 LOOKS_AFTER = 1.0
@@ -31,11 +30,6 @@ MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from th
 RECENT = 16  # the number of passes over which the time of a sample is measured
 MOST_SAMPLES = 2**32 - 1  # of a pixel: their indices have 32 bits
 AT_ONCE = 0.1  # seconds of passes in one launch of a kernel, at most
-
-
-def is_number(value: object) -> bool:
-    """Whether a value is a number of Python or of numpy; True and False are none."""
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,8 @@ class Target:
     def __post_init__(self) -> None:
         for name in ("spp", "time", "error"):
             value = getattr(self, name)
-            if value is not None and not (is_number(value) and 0 < value < math.inf):
+            is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+            if value is not None and not (is_number and 0 < value < math.inf):
                 raise InputError(f"render: {name} must be a number above 0, not {value!r}")
         if self.error is not None and self.error > 1:
             raise InputError(f"render: error is a fraction, {self.error / 100:g} for {self.error:g} %, and at most 1")
@@ -69,13 +64,6 @@ class Target:
     def of(cls, spp: int | None = None, time: float | None = None, error: float | None = None) -> "Target":
         """The targets that were given, or one sample per pixel."""
         return cls(1 if spp is None and time is None and error is None else spp, time, error)
-
-    def passes(self, pixels: int) -> float:
-        """Roughly how many passes over all pixels come before the end, as far as this is known beforehand."""
-        by_time = math.inf if self.time is None else max(1.0, self.time * SAMPLES_PER_SECOND / pixels)
-        by_count = math.inf if self.spp is None else self.spp
-        known = min(by_time, by_count)
-        return known if known < math.inf else FIRST_ERROR
 
 
 @dataclass(repr=False)

@@ -67,11 +67,7 @@ def accuracy(
             and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.
     """
-    return _measured(perf_counter(), **locals())
-
-
-def _measured(start: float, **given: Any) -> Accuracy:
-    """What ``accuracy`` finds; ``given`` are its arguments, among them the knobs by their names in ``variants``."""
+    given, start = locals(), perf_counter()  # the knobs have their names in ``variants``
     import numpy as np
 
     from taichi_tracer.files.disk import replace_file
@@ -80,15 +76,14 @@ def _measured(start: float, **given: Any) -> Accuracy:
     from taichi_tracer.studies.variants import Bench, lives_here_alone
     from taichi_tracer.system import runtime
 
-    report, first = given["report"], given["rr_start_bounce"]
     knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
-    bench = Bench(given["scene"], given["environment"], given["size"], here=lives_here_alone())
+    bench = Bench(scene, environment, size, here=lives_here_alone())
     if bench.here:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
         knobs |= {name: value for name, value in running.items() if knobs[name] is None}
-    plan = variants.plan(3 if first is None else first, **knobs)
-    study = Measurement(bench, plan, given["budget"], given["seeds"], started=start).run()
+    plan = variants.plan(3 if rr_start_bounce is None else rr_start_bounce, **knobs)
+    study = Measurement(bench, plan, budget, seeds, started=start).run()
     if report is not None:
         for name, content in accuracy_report.contents(study).items():
             replace_file(Path(report) / name, content)

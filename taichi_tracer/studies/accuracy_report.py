@@ -52,7 +52,7 @@ def headline(study: Study) -> list[str]:
         found = [f"{' and '.join(below)} {is_or_are} below {percent(study.reference.least_error)} {seconds}."]
         return [*found, *(f"{c.label} has {percent(c.error.value)} then." for c in known[-1:])]
     best, *others = known
-    alike = [c for c in others if not best.error.is_below(c.error)]
+    alike = [c for c in others if not best.error.high < c.error.low]  # the intervals overlap
     if len(known) == 1:
         found = [f"The error of {best.label} is {percent(best.error.value)} {seconds}."]
     elif alike:
@@ -308,7 +308,7 @@ def pictures(study: Study) -> str:
         three = (
             page.picture(image, f"{curve.label}: {error_in_words(curve, study)}", SHOWN, srgb=True),
             page.picture(
-                heat(errors, white), f"where it is wrong; white: {percent(white / study.reference.mean)}", SHOWN
+                heat(errors, white), f"where it is wrong; white: {percent(white / study.reference.image.mean())}", SHOWN
             ),
             page.picture(reference, "reference", SHOWN, srgb=True),
         )

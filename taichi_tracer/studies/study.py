@@ -70,15 +70,6 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def is_below(self, other: "Interval") -> bool:
-        """Whether the intervals do not overlap, and this one is below."""
-        return self.high < other.low
-
-    @property
-    def is_noise(self) -> bool:
-        """Whether a ratio does not differ significantly from 1."""
-        return not (self.low > 1 or self.high < 1)
-
 
 def interval(values: Sequence[float]) -> Interval:
     """The geometric mean of values that were measured independently."""
@@ -188,7 +179,7 @@ class Change(NamedTuple):
     @property
     def verdict(self) -> str:
         """Whether that pays."""
-        if math.isnan(self.error.value) or self.error.is_noise:
+        if not (self.error.low > 1 or self.error.high < 1):  # it contains 1, or is not known
             return "no clear difference"
         word = "pays" if self.error.value < 1 else "costs"
         return f"{word}: × {self.error.value**2:.2g} the time to the same error"
@@ -219,11 +210,6 @@ class Reference:
     error: RelativeError
     variance: np.ndarray
     samples: int
-
-    @property
-    def mean(self) -> float:
-        """The mean of all pixels."""
-        return float(self.image.mean())
 
     @property
     def least_error(self) -> float:

@@ -23,7 +23,8 @@ from taichi_tracer.system.parts import PARTS, replaced
 
 # From these on, a lobe has less than about 1/200 of all directions: for the power of a cosine, (1/4π) · 2π/(Ns + 1).
 NARROW_FROM, NARROW_BELOW = 100, 0.1
-LIKE_MIRROR_FROM = 1e5  # a lobe of a quarter of a degree, as wide as the sun
+# A lobe of a quarter of a degree, as wide as the sun: only samples of the BRDF find what it reflects.
+LIKE_MIRROR_FROM = 1e5
 
 
 def may_be_narrow(brdf: Any, material: Material) -> bool:
@@ -45,12 +46,6 @@ def has_narrow_lobes(scene: Any) -> bool:
         may_be_narrow(library.brdfs[library.brdf_of[microfacets][i]], library.materials[i].modelled(microfacets))
         for i in used
     )
-
-
-@ti.func
-def is_like_mirror(material):
-    """Whether the lobe is so much narrower than a small sun that only samples of the BRDF find what it reflects."""
-    return material.Ns >= LIKE_MIRROR_FROM
 
 
 # ── chains ──
@@ -163,7 +158,7 @@ def _follow(
         write_hit(hit, i, origins.shape[0], reals, whole)
         while is_going:
             surface = scene.surface_at(ray, hit)
-            is_mirror = surface.is_delta() or is_like_mirror(surface.material)
+            is_mirror = surface.is_delta() or surface.material.Ns >= LIKE_MIRROR_FROM
             is_going = is_mirror and mirrors < most
             if is_going:
                 w_i = surface.sample(tm.vec2(random[i, mirrors, 0], random[i, mirrors, 1]))

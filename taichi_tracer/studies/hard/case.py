@@ -212,13 +212,12 @@ ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
 EVERYTHING = frozenset(COUNTS)
 # Without f64, the sign of an edge function is unknown where both of its products round to the same number.
 NEED_F64 = frozenset({"edge_leaks", "vertex_leaks", "false_hits"})
-WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
 
 
 def promise_of(mode: RayMode) -> Promise:
     """What a mode promises on the backend that runs. A triangle test without a line in ``ZERO`` must never be wrong."""
     if mode.fast_math:
-        return WITH_FAST_MATH
+        return Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
     zero = ZERO.get(mode.triangle_test, EVERYTHING)
     if not runtime.has_f64():
         zero -= NEED_F64
