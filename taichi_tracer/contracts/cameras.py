@@ -10,9 +10,11 @@ import taichi as ti
 
 from taichi_tracer.camera import make_camera, through_pixel
 from taichi_tracer.contracts.lab import Rows
+from taichi_tracer.contracts.statistics import check_near, check_unit
 from taichi_tracer.system import runtime
 
 WIDTH, HEIGHT = 33, 24
+PIXELS = np.mgrid[0:HEIGHT, 0:WIDTH][::-1].reshape(2, -1).T.astype(float)  # (N, 2) of the picture, x fastest
 POSES = {  # eye, at, up
     "along −z": ((0, 0, 5), (0, 0, 0), (0, 1, 0)),
     "askew": ((3, -2, 1), (-1, 0.5, 0.3), (0.3, 0.2, 1)),
@@ -45,12 +47,6 @@ def rays(camera, pixels, xi=None):
     return eye_rays(camera, xi is not None)(pixels, (0.5, 0.5) if xi is None else xi)
 
 
-def all_pixels():
-    """(N, 2) of the picture, x fastest."""
-    y, x = np.mgrid[0:HEIGHT, 0:WIDTH].reshape(2, -1)
-    return np.column_stack([x, y]).astype(float)
-
-
 def poses(camera):
     """The camera in one pose after the other: (name, eye, at, up)."""
     for name, pose in POSES.items():
@@ -64,17 +60,14 @@ def poses(camera):
 
 def check_rays_are_finite(camera):
     """Every ray is finite, and its direction has unit length: at pixel centres, at corners, wherever the camera is."""
-    pixels = np.concatenate([all_pixels()] * 2)
+    pixels = np.concatenate([PIXELS] * 2)
     xi = np.concatenate([np.full((len(pixels) // 2, 2), 0.5), np.random.default_rng(1).random((len(pixels) // 2, 2))])
     xi[-4:] = [[0, 0], [0, 1 - 2**-24], [1 - 2**-24, 0], [1 - 2**-24, 1 - 2**-24]]
     for name, *_ in poses(camera):
         for o, d in (rays(camera, pixels), rays(camera, pixels, xi)):
             wrong = ~np.isfinite(np.column_stack([o, d])).all(axis=1)
             assert not wrong.any(), f"{camera.name}, {name}: pixel {pixels[wrong][0]} has a ray that is not finite"
-            off = np.abs(np.linalg.norm(d, axis=1) - 1)
-            assert off.max() < TOLERANCE, (
-                f"{camera.name}, {name}: the direction of pixel {pixels[off.argmax()]} has not unit length"
-            )
+            check_unit(f"{camera.name}, {name}", d, TOLERANCE)
 
 
 def check_central_ray_meets_at(camera):
@@ -96,63 +89,54 @@ def check_central_ray_meets_at(camera):
 
 def check_rays_move_with_the_camera(camera):
     """A camera that is turned and moved has rays that are turned and moved with it; its version counts that."""
-    pixels = all_pixels()
     turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
     turn *= np.linalg.det(turn)  # a rotation, without a mirror
     move = np.array([0.5, -2.0, 1.5])
     for name, eye, at, up in poses(camera):
         version = camera.version
-        o, d = rays(camera, pixels)
+        o, d = rays(camera, PIXELS)
         camera.set_camera_parameters(eye=turn @ eye + move, at=turn @ at + move, up=turn @ up)
         assert camera.version != version, f"{camera.name}: version does not count that the camera moved"
-        o_moved, d_moved = rays(camera, pixels)
+        o_moved, d_moved = rays(camera, PIXELS)
         # eye and at are rounded to f32 on their way, if they are; far away that turns the gaze.
         gaze = 4 * np.abs(eye).max() / np.linalg.norm(at - eye) if runtime.dtype() == np.float32 else 0
-        limit = TOLERANCE * (10 + 0.1 * gaze)
-        off = np.abs(d_moved - d @ turn.T).max()
-        assert off < limit, f"{camera.name}, {name}: the directions do not turn with the camera: off by {off:.1e}"
-        off = np.abs(o_moved - (o @ turn.T + move)).max()
+        limit, what = TOLERANCE * (10 + 0.1 * gaze), f"{camera.name}, {name}"
+        check_near(f"{what}: the directions do not turn with the camera", d_moved, d @ turn.T, limit)
         size = 1 + np.abs(eye).max() + np.abs(o - eye).max()
-        assert off < limit * size, f"{camera.name}, {name}: the origins do not move with the camera: off by {off:.1e}"
+        check_near(f"{what}: the origins do not move with the camera", o_moved, o @ turn.T + move, limit * size)
 
 
 def check_handedness_mirrors(camera):
     """The picture of the other handedness is the mirror image."""
-    pixels = all_pixels()
-    mirrored = np.column_stack([WIDTH - 1 - pixels[:, 0], pixels[:, 1]])
+    mirrored = np.column_stack([WIDTH - 1 - PIXELS[:, 0], PIXELS[:, 1]])
     for name, eye, *_ in poses(camera):
         camera.set_camera_parameters(handedness="left")
-        left = rays(camera, pixels)
+        left = rays(camera, PIXELS)
         camera.set_camera_parameters(handedness="right")
         right = rays(camera, mirrored)
         camera.set_camera_parameters(handedness="left")
-        off = np.abs(np.subtract(left, right)).max(axis=(1, 2)) / [1 + np.abs(eye).max(), 1]
-        assert off.max() < TOLERANCE, (
-            f"{camera.name}, {name}: rays are not mirrored by handedness: off by {off.max():.1e}"
-        )
+        for one, other, size in zip(left, right, (1 + np.abs(eye).max(), 1), strict=True):
+            check_near(f"{camera.name}, {name}: rays are not mirrored by handedness", one, other, TOLERANCE * size)
 
 
 def check_fractions_of_a_pixel(camera):
     """Neighbours have different rays, and the point xi within a pixel is the pixel + xi − 1/2."""
-    pixels = all_pixels()
-    xi = np.random.default_rng(2).random(pixels.shape)
+    xi = np.random.default_rng(2).random(PIXELS.shape)
     for name, *_ in poses(camera):
-        here = np.hstack(rays(camera, pixels))
+        here = np.hstack(rays(camera, PIXELS))
         for step in (1, WIDTH):
             size = np.linalg.norm(here[step:] - here[:-step], axis=1)
-            assert size.min() > 0, f"{camera.name}, {name}: pixel {pixels[size.argmin()]} has the ray of the next one"
-        jittered, fraction = np.hstack(rays(camera, pixels, xi)), np.hstack(rays(camera, pixels + xi - 0.5))
-        off = np.abs(jittered - fraction).max()
-        assert off < TOLERANCE * (1 + np.abs(fraction).max()), (
-            f"{camera.name}, {name}: the point xi of a pixel is not the pixel + xi − 1/2: off by {off:.1e}"
-        )
+            assert size.min() > 0, f"{camera.name}, {name}: pixel {PIXELS[size.argmin()]} has the ray of the next one"
+        jittered, fraction = np.hstack(rays(camera, PIXELS, xi)), np.hstack(rays(camera, PIXELS + xi - 0.5))
+        what = f"{camera.name}, {name}: the point xi of a pixel is not the pixel + xi − 1/2"
+        check_near(what, jittered, fraction, TOLERANCE * (1 + np.abs(fraction).max()))
 
 
 def check_it_can_be_made_again(camera):
     """``make_camera`` with its ``parameters`` makes a camera with the same rays: files and checkpoints rely on it."""
     other = make_camera(WIDTH, HEIGHT, **camera.parameters())
     assert type(other) is type(camera), f"{camera.name}: make_camera(**parameters()) makes a {type(other).__name__}"
-    same = all((a == b).all() for a, b in zip(rays(camera, all_pixels()), rays(other, all_pixels()), strict=True))
+    same = all((a == b).all() for a, b in zip(rays(camera, PIXELS), rays(other, PIXELS), strict=True))
     assert same, f"{camera.name}: make_camera(**parameters()) makes a camera with other rays"
 
 

@@ -90,11 +90,9 @@ def rays_of_all_kinds(rng, mesh, count):
     origins[part[6]] = corners[part[6], 2] - [0, 0, 3]
     directions[part[6]] = [0, 0, 1]
     directions[part[7]] *= 10.0 ** rng.uniform(-10, 10, (len(part[7]), 1))
-    directions[part[8][::7]] = 0
-    directions[part[8][1::7]] = np.nan
-    origins[part[8][2::7]] = np.inf
-    directions[part[8][3::7]] = [np.inf, 0, 1]
-    directions[part[8][4::7]] = [1, 1e-42, -1e-42]
+    strange = [[0, 0, 0], [np.nan] * 3, [np.inf, 0, 1], [1, 1e-42, -1e-42], [0, 1, 1]]
+    directions[part[8]] = np.resize(strange, (len(part[8]), 3))
+    origins[part[8][4::5]] = np.inf
     return origins, directions
 
 

@@ -13,6 +13,7 @@ from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import (
     ABOVE_ZERO,
     check_density,
+    check_near,
     check_range,
     check_unit,
     directions_everywhere,
@@ -105,9 +106,8 @@ def check_delta(bench):
         assert not density.any(), f"{light.name}: pdf of a delta light is 0"
         assert not seen.any(), f"{light.name}: no ray sees a delta light: radiance is 0"
         ends.append(w_i if light.is_far else x + distance[:, None] * w_i)
-    off = np.ptp(np.array(ends), axis=0).max()
     what = "directions differ" if light.is_far else "distances are wrong: seen from several points, its places differ"
-    assert off < VALUE_TOLERANCE * (1 + np.abs(ends).max()), f"{light.name}: the {what} by {off:.2g}"
+    check_near(f"{light.name}: the {what}", ends, ends[0][0], VALUE_TOLERANCE * (1 + np.abs(ends).max()))
 
 
 def check_sample_agrees_with_values(bench):

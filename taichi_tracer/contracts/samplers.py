@@ -5,8 +5,6 @@ the second, low-discrepancy points are more even than independent ones, which is
 side. Seeds are fixed; the level of each test is ``sidak``'s for all of them together.
 """
 
-from types import SimpleNamespace
-
 import numpy as np
 import taichi as ti
 
@@ -19,7 +17,6 @@ from taichi_tracer.contracts.statistics import (
     largest_z,
     sidak,
 )
-from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system import runtime
 
 DIMENSIONS = 64  # pairs of numbers of one sample
@@ -39,11 +36,6 @@ def _pairs(sampler: ti.template(), seed: ti.u32, keys: ti.types.ndarray(ndim=2),
         for dimension in range(out.shape[1]):
             pair = rng.next_2d()
             out[i, dimension, 0], out[i, dimension, 1] = pair.x, pair.y
-
-
-def bound(sampler, width=WIDTH, height=HEIGHT):
-    """The sampler as a renderer of pictures of this size has it."""
-    return sampler_of(sampler, SimpleNamespace(width=width, height=height))
 
 
 def numbers(sampler, keys, dimensions=DIMENSIONS, seed=0):
@@ -123,19 +115,14 @@ def check_pixels_are_independent(sampler):
     }
     if sampler.replicated:
         neighbours["of the next sample"] = by_pixel, numbers(sampler, keys_of_pixels(1)).reshape(by_pixel.shape)
-    for where, (a, b) in neighbours.items():
-        _check_uncorrelated(sampler, f"of a pixel and {where}", a, b, len(neighbours))
-
-
-def _check_uncorrelated(sampler, what, a, b, pairs):
-    """Each column of a has no correlation with the same column of b; ``pairs`` counts how many a and b are tested."""
-    a, b = (columns.reshape(-1, columns.shape[-1]) for columns in (a, b))
-    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
-    r = (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
-    z = np.abs(r) * np.sqrt(len(a))
-    assert z.max() < largest_z(pairs * len(z), ALPHA_OF_ONE), (
-        f"{sampler.name}: dimensions {z.argmax() // 2} {what} are correlated: z = {z.max():.1f}"
-    )
+    for where, pair in neighbours.items():
+        a, b = (columns.reshape(-1, columns.shape[-1]) for columns in pair)
+        a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+        r = (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
+        z = np.abs(r) * np.sqrt(len(a))
+        assert z.max() < largest_z(len(neighbours) * len(z), ALPHA_OF_ONE), (
+            f"{sampler.name}: dimensions {z.argmax() // 2} of a pixel and {where} are correlated: z = {z.max():.1f}"
+        )
 
 
 def check_dimensions_advance(sampler):

@@ -21,15 +21,11 @@ LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 
 
-def normal_sf(z):
-    """The probability that a normal number is larger than z."""
-    return _erfc(np.asarray(z, np.float64) / math.sqrt(2)) / 2
-
-
 def chi_square_sf(x, k: int):
     """The probability that a χ² of k degrees of freedom is larger than x (Wilson & Hilferty, PNAS 1931)."""
     spread = 2 / (9 * k)
-    return normal_sf((np.cbrt(np.asarray(x, np.float64) / k) - (1 - spread)) / math.sqrt(spread))
+    z = (np.cbrt(np.asarray(x, np.float64) / k) - (1 - spread)) / math.sqrt(spread)
+    return _erfc(z / math.sqrt(2)) / 2
 
 
 def sidak(count, alpha=ALPHA):
@@ -162,10 +158,15 @@ def check_range(what, values, low=-np.inf, high=np.inf):
     assert (values <= high).all(), f"{what} is {values.max()}, above {high:g}"
 
 
-def check_unit(what, directions):
-    """Raise an AssertionError if one of the (N, 3) directions that ``sample`` returns has not the length 1."""
-    length = np.linalg.norm(directions, axis=1)
-    check_range(f"{what}: the length of a direction that sample returns", length, 1 - 1e-5, 1 + 1e-5)
+def check_near(what, values, expected, tolerance):
+    """Raise an AssertionError if a number differs from the expected one by more than the tolerance, or is NaN."""
+    off = np.abs(np.subtract(values, expected)).max()
+    assert off <= tolerance, f"{what}: off by {off:.2g}"
+
+
+def check_unit(what, directions, tolerance=1e-5):
+    """Raise an AssertionError if one of the (N, 3) directions has not the length 1."""
+    check_near(f"{what}: a direction has not unit length", np.linalg.norm(directions, axis=1), 1, tolerance)
 
 
 def check_density(what, sample, function, count, level, seed, cells=None):

@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Callable
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from taichi_tracer.contracts import (
     views,
 )
 from taichi_tracer.contracts.statistics import SphereCells
+from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system.parts import replaced
 
 Step = tuple[str, Callable[[], Any]]  # what is checked, and the check
@@ -36,10 +38,11 @@ def checks_of(part: Any) -> list[partial]:
         return checks_of_light(part)
     if part.kind == "environment":
         return checks_of_environment(part)
+    picture = SimpleNamespace(width=samplers.WIDTH, height=samplers.HEIGHT)
     kinds: dict[str, Callable[[], Any]] = {
         "BRDF": lambda: (brdfs.Bench(part), brdfs.steps(part)) if brdfs.described_materials(part) else (part, ()),
         "camera": lambda: (part(cameras.WIDTH, cameras.HEIGHT), cameras.STEPS),
-        "sampler": lambda: (samplers.bound(part), samplers.STEPS) if hasattr(part, "get_2d") else (part, ()),
+        "sampler": lambda: (sampler_of(part, picture), samplers.STEPS) if hasattr(part, "get_2d") else (part, ()),
         "intersector": lambda: (part, [check_of_intersector(part)]),
         "integrator": lambda: (part, checks_of_integrator(part)),
         "triangle test": lambda: (part, triangle_tests.STEPS),
@@ -48,12 +51,6 @@ def checks_of(part: Any) -> list[partial]:
     }
     subject, checks = kinds.get(part.kind, lambda: (part, ()))()
     return [partial(check, subject) for check in checks]
-
-
-def check_part(part: Any) -> None:
-    """All that a part must do."""
-    for check in checks_of(part):
-        check()
 
 
 def check_of_intersector(part: Any) -> Callable:

