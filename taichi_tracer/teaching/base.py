@@ -68,7 +68,7 @@ class PartResult:
         return round(self.points * self.share, DIGITS)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """One method of the handout, or one picture.
 
