@@ -50,6 +50,7 @@ def seconds_of(command: list[str], **environment: str) -> tuple[float, list[floa
     """Seconds of a process by the clock, and the list that it prints after the word RESULT."""
     start = time.perf_counter()
     variables = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])} | environment
+    variables.pop("PYTHONDONTWRITEBYTECODE", None)  # what pip installs, as it does Mitsuba, has its bytecode
     done = subprocess.run([sys.executable, *command], env=variables, capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode != 0:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.parts import replaced
 
 MODES = ("scene", "all")
@@ -89,6 +90,8 @@ def derive(scene, blockers: str = "all", microfacets: bool = False) -> Effects:
         blockers: what a ray that leaves a surface can hit, see ``Effects``.
         microfacets: whether the roughness decides where a material has both Ns and a roughness.
     """
+    if scene.effects_mode not in MODES:
+        raise one_of("effects", scene.effects_mode, MODES)
     found = _found(scene, blockers, microfacets)
     reasons = _reasons(scene, found, microfacets)
     if scene.effects_mode == "all":

@@ -16,6 +16,7 @@ from taichi_tracer.system.memory import Memory, Tables, varying
 
 # Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
 MANY_TRIANGLES = 200_000
+COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
 
@@ -206,6 +207,18 @@ def is_collapsed(faces: np.ndarray) -> np.ndarray:
     return (faces[:, 0] == faces[:, 1]) & (faces[:, 1] == faces[:, 2])
 
 
+def note_steps(source: str, points: np.ndarray) -> list[str]:
+    """A note if f32, where it is the precision, does not tell apart points that are near."""
+    if points.dtype == np.float64 or len(points) == 0:
+        return []
+    low, high = box_of(points)
+    most = max(abs(low).max(), abs(high).max())
+    step = float(np.spacing(most))
+    if not 0 < COARSE * float((high - low).max()) < step < np.inf:
+        return []
+    return [f"{source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64"]
+
+
 def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     """``mesh`` with every coordinate in ``dtype``; primitives that no ray can hit are collapsed into a point.
 
@@ -223,6 +236,7 @@ def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     if mesh.corner_uv is not None and mesh.has_pictures:
         odd = int((~np.isfinite(mesh.corner_uv)).any(axis=(1, 2)).sum())
         notes += [f"{mesh.source}: {odd} triangles have texture coordinates that are not finite numbers"] * (odd > 0)
+    notes += note_steps(mesh.source, vertices[np.isfinite(vertices).all(axis=1)])
     dropped = int(gone.sum() + spheres_gone.sum())
     if dropped > 0:
         finite = np.asarray(np.isfinite(vertices).all(axis=1))

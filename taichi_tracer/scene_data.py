@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
-from taichi_tracer.effects import MODES, Effects, derive
+from taichi_tracer.effects import Effects, derive
 from taichi_tracer.environment import load_background, load_environment
 from taichi_tracer.formulas.view import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
@@ -15,7 +15,6 @@ from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.intersectors.instances import Places
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import Material, MaterialLibrary, Textures
-from taichi_tracer.meshes.parts import notes_of
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
@@ -34,7 +33,6 @@ from taichi_tracer.options import (
 from taichi_tracer.ray import RayQueries
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import one_at_a_time
-from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 
@@ -78,7 +76,7 @@ class SceneData(KnownAttributes, RayQueries):
         mesh = on_ground(mesh, up_axis) if given["ground"] else mesh
         mesh = clean(resolve_instances(mesh, given["smooth"], copies), runtime.dtype())
         chosen = intersector_of(given["intersector"], mesh)
-        self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, notes_of(mesh), mesh.dropped
+        self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=4)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.version = given["effects"], 0
@@ -86,8 +84,6 @@ class SceneData(KnownAttributes, RayQueries):
         self.lights_of_file = len(mesh.lights)
         self.up_axis, self.ground = up_axis, given["ground"]
         self.chosen = chosen if isinstance(chosen, type) else type(chosen)
-        if self.effects_mode not in MODES:
-            raise one_of("effects", self.effects_mode, MODES)
         self.lights = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
         self._environment, self.is_light_open = load_environment(given["environment"]), "environment" not in options
         self._background = load_background(given["background"])

@@ -30,7 +30,6 @@ from taichi_tracer.apps.running import EXIT_CODE, moved
 from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import InputError, NotFiniteWarning, StaleSceneError
 
-RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
 IMPORTED = time.perf_counter()  # about 0.05 s after the key press
 
 

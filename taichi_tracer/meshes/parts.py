@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from taichi_tracer.formulas.first_view import Surface
-from taichi_tracer.formulas.points import box_of
 from taichi_tracer.formulas.triangles import cross, norm
 from taichi_tracer.geometry import Mesh, is_collapsed
 from taichi_tracer.materials import Material
@@ -16,7 +15,6 @@ from taichi_tracer.materials import Material
 UNIFORM = 1e-9
 GROUND = Material("the ground of --ground", Kd=(0.6, 0.6, 0.6))  # of ``instances.on_ground``
 POINTS, MOST_MEASURED = 30_000, 200_000  # of ``surface_of``, and triangles; of more, every second or third is used
-COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])  # steps of a sequence that fills a square evenly
 
 
@@ -85,24 +83,6 @@ def surface_of(mesh: Mesh) -> Surface:
     emits, triangles = mesh.emits(), len(mesh.faces)
     emits = np.concatenate([emits[:triangles:step], emits[triangles:]])
     return Surface(points, normals, emits[of], float(upto[-1]))
-
-
-def notes_of(mesh: Mesh) -> list[str]:
-    """The notes of a mesh, and one if f32, where it is the precision, does not tell apart points that are near.
-
-    Args:
-        mesh: one that ``clean`` returned.
-    """
-    points = mesh.vertices[np.isfinite(mesh.vertices).all(axis=1)]
-    if points.dtype == np.float64 or len(points) == 0:
-        return mesh.notes
-    low, high = box_of(points)
-    most = max(abs(low).max(), abs(high).max())
-    step = float(np.spacing(most))
-    if not 0 < COARSE * float((high - low).max()) < step < np.inf:
-        return mesh.notes
-    note = f"{mesh.source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64"
-    return [*mesh.notes, note]
 
 
 def similarities(linear: np.ndarray) -> np.ndarray:

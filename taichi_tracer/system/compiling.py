@@ -113,8 +113,3 @@ def kernels(since: float = -math.inf) -> list[Kernel]:
         since: a value of ``time.perf_counter``: only kernels that were first called later.
     """
     return [kernel for kernel in _kernels if kernel.read_at >= since]
-
-
-def new_kernels() -> list[Kernel]:
-    """The kernels that were not in the folder: their ``translating`` is what another process is spared."""
-    return [kernel for kernel in _kernels if kernel.is_new]
