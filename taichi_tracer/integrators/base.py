@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import taichi as ti
 import taichi.math as tm
 
@@ -76,31 +77,17 @@ Control = Slider | NameControl | BouncesControl
 
 @ti.data_oriented
 class LiveNumbers:
-    """A row of numbers in the running precision, which kernels read. A change compiles nothing again.
+    """A row of numbers in the running precision, which kernels read. A change compiles nothing again."""
 
-    Attributes:
-        version: counts the changes, so that a renderer knows when its samples belong to an older picture.
-    """
-
-    def __init__(self, *numbers: float) -> None:
-        self._memory = memory.Memory()
-        self._field = ti.field(float)
-        self._memory.fields.dense(ti.i, len(numbers)).place(self._field)
-        self._memory.allocate()
-        self.version = 0
-        self._write(numbers)
-
-    def is_over(self) -> bool:
-        """Whether Taichi was started again since then, which freed the numbers."""
-        return self._memory.is_over()
+    def __init__(self) -> None:
+        self._memory: memory.Memory | None = None
 
     def set(self, *numbers: float) -> None:
-        """Change all numbers."""
-        self._write(numbers)
-        self.version += 1
-
-    def _write(self, numbers) -> None:
-        self._memory.write(self._field, numbers)
+        """Set all numbers. They get their memory at the first time, and when Taichi was started again since then."""
+        if self._memory is None or self._memory.is_over():
+            self._memory, (self._field,) = memory.filled(np.array(numbers, float))
+        else:
+            self._memory.write(self._field, numbers)
 
     @ti.func
     def get(self, i: ti.template()):
@@ -129,6 +116,7 @@ class Integrator:
         microfacets: whether the roughness decides, and not Ns, where a material has both (A2-12).
         exponent: β of the heuristic that weights as many samples of the BRDF as of the lights; 0 if there is none.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
+        numbers: those of its values that kernels read, if it has some; ``prepare`` sets them.
     """
 
     kind, name, label = "integrator", "", ""
@@ -138,6 +126,12 @@ class Integrator:
     microfacets = False
     exponent = 0
     version = 0
+
+    def __copy__(self) -> "Integrator":
+        """The same values; kernels read them from a place of its own."""
+        copied = object.__new__(type(self))
+        vars(copied).update(vars(self), numbers=LiveNumbers())
+        return copied
 
     @property
     def compensates(self) -> bool:

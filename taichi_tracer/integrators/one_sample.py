@@ -29,12 +29,13 @@ class OneSampleMis(DirectLight):
 
     name, label, aliases = "mis_one_sample", "MIS, one sample", ()
     weights = tuple(usual_values(WEIGHTS).values())
-    _numbers: LiveNumbers | None = None
+
+    def __init__(self) -> None:
+        self.numbers = LiveNumbers()
 
     def prepare(self, scene, camera) -> None:
         """Give kernels the weights."""
-        if self._numbers is None or self._numbers.is_over():
-            self._numbers = LiveNumbers(self.p_light)
+        self.numbers.set(self.p_light)
 
     @property
     def p_light(self) -> float:
@@ -43,7 +44,7 @@ class OneSampleMis(DirectLight):
 
     def weight_in_kernels(self, which: int) -> Any:
         """``weights[which]``, scaled, in a kernel."""
-        p_light = self._numbers.get(0)  # type: ignore[union-attr]
+        p_light = self.numbers.get(0)
         return p_light if which == 0 else 1 - p_light
 
     def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> None:
@@ -58,8 +59,7 @@ class OneSampleMis(DirectLight):
         if (light, brdf) != self.weights:
             self.weights = light, brdf
             self.version += 1
-            if self._numbers is not None and not self._numbers.is_over():
-                self._numbers.set(self.p_light)
+            self.numbers.set(self.p_light)
 
     def controls(self) -> tuple[Control, ...]:
         """Both weights."""
@@ -78,7 +78,7 @@ class OneSampleMis(DirectLight):
     @ti.func
     def reflected(self, scene, surface, rng):
         """One sample of the light from the direction that was drawn; a mirror is sampled by its BRDF."""
-        L, p_light, is_delta = tm.vec3(0), self._numbers.get(0), surface.is_delta()
+        L, p_light, is_delta = tm.vec3(0), self.numbers.get(0), surface.is_delta()
         if rng.next_1d() >= 1 - p_light and not is_delta:
             f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
             L = f_cos * light / pdf / (p_light + (1 - p_light) * pdf_brdf / pdf)

@@ -33,20 +33,16 @@ class PathSettings:
             dark paths end first.
         bounces: (first, last): only light after so many bounces counts; (first, None) counts the light after ``first``
             bounces and more; None counts all (A4-5).
+        version: counts the changes.
     """
 
     def __init__(self) -> None:
-        self._values = dict(DEFAULTS)
-        self._numbers = LiveNumbers(*self._as_numbers())
+        self._values, self._numbers, self.version = dict(DEFAULTS), LiveNumbers(), 0
+        self.prepare()
 
-    @property
-    def version(self) -> int:
-        """Counts the changes."""
-        return self._numbers.version
-
-    def is_over(self) -> bool:
-        """Whether Taichi was started again since then, which freed the numbers."""
-        return self._numbers.is_over()
+    def prepare(self) -> None:
+        """Give kernels the values."""
+        self._numbers.set(*self._as_numbers())
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
@@ -64,7 +60,8 @@ class PathSettings:
             changed["bounces"] = tuple(changed["bounces"])
         if changed != self._values:
             self._values = changed
-            self._numbers.set(*self._as_numbers())
+            self.version += 1
+            self.prepare()
 
     def receipt(self) -> list[str]:
         """Lines about the bounces and the roulette."""

@@ -36,9 +36,9 @@ class Paths(Integrator):
     settings: PathSettings | None = None
 
     def prepare(self, scene, camera) -> None:
-        """Make ``settings``, unless the renderer gave its own."""
-        if self.settings is None or self.settings.is_over():
-            self.settings = PathSettings()
+        """Give kernels the ``settings``; those of the renderer, if it has some."""
+        self.settings = self.settings or PathSettings()
+        self.settings.prepare()
 
     @property
     def version(self) -> int:  # type: ignore[override]

@@ -110,7 +110,7 @@ class DepthMap(RT3Integrator):
         if zmin is not None and zmax is not None and not zmin < zmax:
             raise InputError(f"depth_map: zmin must be less than zmax, not {zmin:g} and {zmax:g}")
         self.colors, self.zmin, self.zmax = (tuple(near_color), tuple(far_color)), zmin, zmax
-        self._numbers: Any = None  # ``LiveNumbers``, which kernels read
+        self.numbers = LiveNumbers()
 
     def arguments(self) -> dict[str, Any]:
         """What makes the same again."""
@@ -128,23 +128,20 @@ class DepthMap(RT3Integrator):
         zmax = high if self.zmax is None else self.zmax
         least = math.nextafter(np.float32(zmin) * (1 + self.LEAST_RANGE), math.inf)
         gaze = camera.camera_to_world.to_numpy()[:3, 2]
-        numbers = [*self.colors[0], *self.colors[1], *gaze.tolist(), zmin, max(zmax, least)]
-        if self._numbers is None or self._numbers.is_over():
-            self._numbers = LiveNumbers(*numbers)
-        self._numbers.set(*numbers)
+        self.numbers.set(*self.colors[0], *self.colors[1], *gaze.tolist(), zmin, max(zmax, least))
 
     @ti.func
     def color(self, scene, ray, hit):
         """near + s (far − near) with s = (z − zmin)/(zmax − zmin), clamped to [0, 1]."""
         z = hit.distance * tm.dot(ray.direction, self.three(6))
-        zmin, zmax = self._numbers.get(9), self._numbers.get(10)
+        zmin, zmax = self.numbers.get(9), self.numbers.get(10)
         s = tm.clamp((z - zmin) / (zmax - zmin), 0, 1)
         return self.three(0) + s * (self.three(3) - self.three(0))
 
     @ti.func
     def three(self, i: ti.template()):
         """Three of the numbers that ``prepare`` gives to kernels, from the i-th on."""
-        return tm.vec3(self._numbers.get(i), self._numbers.get(i + 1), self._numbers.get(i + 2))
+        return tm.vec3(self.numbers.get(i), self.numbers.get(i + 1), self.numbers.get(i + 2))
 
 
 def depth_of(geometry, camera) -> tuple[float, float]:

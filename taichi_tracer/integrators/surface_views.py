@@ -5,7 +5,6 @@ The view of the distance also has a value that can be changed, and is therefore 
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -91,14 +90,14 @@ class Distance(View):
         super().__init__()
         self._chosen: float | None = None
         self._fitting, self._farthest = MAX_DISTANCE, math.nan
-        self._numbers: Any = None  # ``LiveNumbers``, which kernels read
+        self.numbers = LiveNumbers()
         self.version = 0
 
     @property
     def max_distance(self):
         """The distance that is white; see the class."""
         if inside_kernel():
-            return self._numbers.get(0)
+            return self.numbers.get(0)
         return self._fitting if self._chosen is None else self._chosen
 
     @max_distance.setter
@@ -111,12 +110,6 @@ class Distance(View):
             self._chosen = distance
             self.version += 1
 
-    def __copy__(self) -> "Distance":
-        """The same values, with numbers for kernels of its own."""
-        other = type(self).__new__(type(self))
-        other.__dict__ = {**self.__dict__, "_numbers": None}
-        return other
-
     def fit(self, scene_data, camera) -> None:
         """Compute the ``max_distance`` that fits a scene, as seen by a camera."""
         self._farthest = farthest_corner(scene_data.geometry, camera.eye)
@@ -125,9 +118,7 @@ class Distance(View):
     def prepare(self, scene_data, camera) -> None:
         """``fit``, and let kernels know the result; it is called whenever a picture begins."""
         self.fit(scene_data, camera)
-        if self._numbers is None or self._numbers.is_over():
-            self._numbers = LiveNumbers(self.max_distance)
-        self._numbers.set(self.max_distance)
+        self.numbers.set(self.max_distance)
 
     def facts(self) -> dict:
         """What the bits of a picture depend on, for checkpoints; nothing if it is as in the handouts."""
@@ -145,7 +136,7 @@ class Distance(View):
     @ti.func
     def color(self, hit):
         """d / max_distance in all three channels, at most 1."""
-        return distance(hit, self._numbers.get(0))
+        return distance(hit, self.numbers.get(0))
 
 
 def farthest_corner(geometry, eye: np.ndarray) -> float:

@@ -1,5 +1,7 @@
 """The interface of integrators: what is asked of a subclass, and a view that is a function or a method."""
 
+import copy
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -83,3 +85,12 @@ def test_an_integrator_sees_the_ray_the_hit_the_scene_and_random_numbers():
     np.testing.assert_allclose(image[8, 8, 0], 4, rtol=1e-5)  # the distance to the plane
     assert image[0, 0, 0] == -1
     assert (np.abs(image[..., 1:] - 0.5) < 0.2).all()  # means of 64 uniform numbers: 5 σ
+
+
+def test_a_copy_gives_kernels_values_of_its_own():
+    """Two pictures are compared: the weights of one do not change the other."""
+    renderer = tt.A3Renderer(tt.load_scene_data("cube", environment="studio"), 8, 8).use("mis_one_sample")
+    before = np.asarray(renderer.render(4).image()).copy()
+    copy.copy(renderer.active).set_weights(mis_plight=0.0)
+    renderer.reset()
+    np.testing.assert_array_equal(renderer.render(4).image(), before)
