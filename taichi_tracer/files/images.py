@@ -361,7 +361,7 @@ def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     file = oiio.ImageInput.open(str(path), settings)
     if file is None:
         raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(oiio.geterror())})")
-    names = _choose_part(oiio, file, path)
+    names = _choose_part(file, path)
     spec = file.spec()
     _check_size(spec.width, spec.height)
     _check_size(spec.full_width, spec.full_height)
@@ -372,7 +372,7 @@ def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     return _by_hdr_header(pixels, raw) if extension == ".hdr" else _in_display_window(pixels, spec)
 
 
-def _choose_part(oiio, file, path: Path) -> list[int]:
+def _choose_part(file, path: Path) -> list[int]:
     """Seek the first part of a file that has R, G, B, and return the numbers of the three channels.
 
     Without any, it is the first part: its Y, or all its channels. Channels of a layer have its name before a dot.

@@ -27,11 +27,11 @@ def thinned(curve: list) -> list:
     return curve[last % step :: step]
 
 
-def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Callable[[str], None] = print) -> None:
+def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object]) -> None:
     """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
 
     Args:
-        draw: renders a sample and shows it. tell: is called with what takes so long.
+        draw: renders a sample and shows it.
     """
     for _ in range(3):  # the first pictures compile
         renderer.camera.set_camera_parameters()  # as if moved

@@ -61,7 +61,7 @@ class LivePicture(anywidget.AnyWidget):
     async def _run(self) -> None:
         """Render and send, until the picture is closed."""
         if self.renderer.film.samples == 0:  # warming up would discard samples
-            self.session.warm_up(lambda text: None)
+            self.session.warm_up()
         while self.comm is not None:
             if self._watcher.is_ready:
                 self.session.ask()

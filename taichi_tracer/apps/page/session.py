@@ -125,10 +125,10 @@ class Session(Channel):
         """All renderers that are shown: one, or those of both halves."""
         return [self.renderer] if self.split is None else [one.renderer for one in self.split.sides]
 
-    def warm_up(self, tell: Callable[[str], None] = print) -> None:
+    def warm_up(self) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
         start = time.monotonic()
-        warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
+        warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()))
         self._compiled.add(self._kernels_of(self.state.settings))
         self._expose_at_first()
         self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
