@@ -195,7 +195,7 @@ class RenderSettings:
     )
 
     intersector: str | None = setting(
-        "which intersector finds what a ray meets (default: bvh, or wide_bvh for many primitives)",
+        "which intersector finds what a ray meets (default: bvh, or wide_bvh for many primitives or samples)",
         RAYS,
         part="intersector",
     )

@@ -172,6 +172,7 @@ def names_of(option: str) -> dict[str, tuple[Iterable[str], tuple]]:
 
 
 OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
+MANY = 1 << 22  # samples of all pixels, from which on a picture has the wide hierarchy
 QUICK = 4  # a quick picture has a quarter of the width and of the height
 WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
 # Settings that are arguments of a scene, and of a renderer, under the same names.
@@ -221,6 +222,12 @@ class Picture:
         if not is_said and any(renderer_class.jitters for renderer_class, _ in self.views):
             return Target(USUAL_SPP, USUAL_SECONDS if len(of.bounces) < 2 else None, is_usual=True)
         return Target.of(of.spp, of.time, None if of.error is None else of.error / 100)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether so many samples are asked for that the hierarchy that compiles longer, and renders faster, pays."""
+        width, height = self.settings.size
+        return any(one.needs_light for _, one in self.views) and width * height * (self.target.spp or USUAL_SPP) >= MANY
 
     @property
     def is_encoded(self) -> bool:

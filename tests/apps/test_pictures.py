@@ -48,3 +48,15 @@ def test_a_background_is_a_colour_of_the_command_line(tmp_path, monkeypatch):
     )
     corner = np.load("a.npy")[0, 0]
     assert corner == pytest.approx([0, 0.5, 1])
+
+
+def test_a_picture_of_many_samples_of_light_is_long():
+    def is_long(**settings):
+        (picture,) = request_of(RenderSettings(scene="cube", **settings)).pictures
+        return picture.is_long
+
+    assert is_long(view="mis")
+    assert is_long(view="mis", size=(256, 256), time=9.0)
+    assert not is_long(view="mis", size=(64, 64), error=5.0)
+    assert not is_long(view="mis", spp=8)
+    assert not is_long(view="normal", spp=4096)

@@ -275,7 +275,10 @@ def load_scene(request: Request, started: float) -> tuple[SceneData, str]:
     Args:
         started: the value of ``time.perf_counter`` at the key press.
     """
-    start = time.perf_counter()
+    start, settings, document = time.perf_counter(), request.settings, request.document
+    is_open = settings.intersector is None and (document is None or document.intersector is None)
+    if is_open and any(picture.is_long for picture in request.pictures):
+        request = replace(request, settings=replace(settings, intersector="wide_bvh"))
     with stage(READ, waits=True):
         loaded = request.load()
     return loaded, f"start {start - started:.2f} s, scene {time.perf_counter() - start:.2f} s"
