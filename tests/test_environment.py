@@ -10,6 +10,7 @@ from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.environment import Environment, load_background, load_environment
 from taichi_tracer.system import runtime
 
@@ -186,3 +187,11 @@ def test_a_background_that_cannot_be_is_one_line(value, message):
 def test_the_six_views_stay_black_there():
     scene = tt.scene_from_mesh(*SQUARE, background=COLORS)
     assert not tt.A1Renderer(scene, 16, 16).use("normal").image()[0, 0].any()
+
+
+def test_a_look_up_behind_the_last_column_is_in_the_first():
+    """u − ⌊u⌋ is rounded to 1 where u is a little below 0."""
+    look = Rows(Environment(np.ones((2, 4, 3))).texel_of, (1, 1), (1, 1))
+    rows, columns = look(np.array([0.0, 0.99, 1.0]), np.array([0.0, 0.5, 1.0]))
+    assert np.ravel(rows).tolist() == [1, 1, 0]
+    assert np.ravel(columns).tolist() == [0, 3, 0]
