@@ -30,7 +30,7 @@ def run(path):
         PARTS.remove(part)
 
 
-QUICK = sorted(WRONG)[::4]  # acceptance/test_first_mistakes.py has others
+QUICK = sorted(WRONG)[::4]  # teaching/test_first_mistakes.py has others
 
 
 @pytest.mark.parametrize("name", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in WRONG])
