@@ -69,17 +69,22 @@ def headline(study: Study) -> list[str]:
     return found
 
 
-def warnings_of(study: Study) -> list[str]:
-    """What the numbers do not say: biases, light that the reference may not have met, what was left out."""
+def biases_of(study: Study) -> list[str]:
+    """A line for each variant whose mean differs from that of the reference by more than noise; fewer bounces may."""
     found = []
     for curve in study.curves:
         is_biased = curve.variant.max_bounces < study.curves[0].variant.max_bounces and curve.variant.is_path
         if abs(curve.bias) > SURE_BIAS and not is_biased:
             found.append(
-                f"{curve.label} differs from the reference by {percent(curve.shift)} of the light, "
-                f"{abs(curve.bias):.0f} standard errors: one of the two is wrong."
+                f"{curve.label} is {'brighter' if curve.shift > 0 else 'darker'} than the reference by "
+                f"{percent(abs(curve.shift))}, {abs(curve.bias):.0f} standard errors: one of the two is wrong."
             )
-    unseen = getattr(study.reference.error, "unseen", 0.0)
+    return found
+
+
+def warnings_of(study: Study) -> list[str]:
+    """What the numbers do not say: biases, light that the reference may not have met, what was left out."""
+    found, unseen = biases_of(study), study.reference.error.unseen
     if unseen > study.reference.error:
         found.append(f"Light that no sample of the reference met may add {percent(unseen)} to every error.")
     return [*found, *study.notes]

@@ -100,6 +100,7 @@ class Curve:
         knob: what differs from the first variant, "" for that one. is_main: whether it is compared over the whole time.
         compile_seconds: until everything was compiled, or loaded where an earlier run had compiled it.
         rounds: the points of each picture. finals: its last image and the variance of its pixels.
+        unseen: what light that no sample of the last picture met may add, as a fraction of the mean.
         shift, shift_error, bias: how the mean of all pictures differs from the reference, see ``shift_of``.
     """
 
@@ -111,6 +112,7 @@ class Curve:
     seconds_per_sample: float = math.nan
     rounds: list[list[Point]] = field(default_factory=list)
     finals: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    unseen: float = 0.0
     shift: float = 0.0
     shift_error: float = 0.0
     bias: float = math.nan
@@ -332,7 +334,7 @@ class Measurement:
             for curve in study.curves:
                 reference = study.reference_of(curve.variant)
                 truth = reference.image, reference.variance
-                curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, truth)
+                curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, truth, curve.unseen)
             return study
         finally:
             for worker in self.workers.values():
@@ -454,6 +456,7 @@ class Measurement:
                 done, spent = shot.samples, spent + shot.seconds
             points.append(Point(done, spent, reference.error_of(shot.image)))
         curve.seconds_per_sample = spent / done
+        curve.unseen = math.hypot(shot.error.unseen, reference.error.unseen)
         return points, (shot.image.astype(np.float64), shot.variance)
 
     def render(self, variant: Variant, samples: int, seed: int | None, what: str) -> Shot:

@@ -1,21 +1,14 @@
 """What accuracy costs in time."""
 
-import html
-import math
 from argparse import Namespace
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import camera_for, check
 from taichi_tracer.apps.running import Interruption, written_bytes
-from taichi_tracer.files import page
-from taichi_tracer.files.disk import check_place, make_folder, replace_file
-from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.settings import (
     ADVICE,
@@ -27,21 +20,11 @@ from taichi_tracer.settings import (
     add_options,
     add_scene,
 )
-from taichi_tracer.studies import accuracy_report, agreement, variants
-from taichi_tracer.studies.agreement import FALSE_ALARMS, Compared, Group
+from taichi_tracer.studies import accuracy_report, variants
 from taichi_tracer.studies.study import Measurement
 from taichi_tracer.studies.variants import Bench
-from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 
-NAME = "agreement.html"
-MARKED = 3.0  # |z| of a block that is named
-LEGEND = (
-    "Each square is a block of pixels. Blue blocks are darker than those of the estimator that all are compared with, "
-    f"red ones brighter; the colour is full where the difference is {MARKED:g} times its standard error. Noise has "
-    "both colours without an order; a bias has one."
-)
-SHOWN = 320  # pixels: the width of a map
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
@@ -87,11 +70,7 @@ def add_arguments(parser: Parser) -> None:
         help="of measuring, after compiling (default: %(default)s)",
     )
     parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart and a CSV file")
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="only say which estimators differ that should agree (exit code 1)",
-    )
+    parser.add_argument("--check", action="store_true", help="exit code 1 if a mean differs from the reference")
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
     add_options(parser, CAMERA)
 
@@ -100,12 +79,9 @@ def run(args: Namespace) -> int:
     """Measure, print, and write the report if one is wanted; after a signal, what was measured until then.
 
     Returns:
-        0, or 128 and the number of the signal; with ``--check``, 1 if estimators differ.
+        0, or 128 and the number of the signal; with ``--check``, 1 if the mean of a variant is wrong.
     """
     find_scene(args.scene)
-    if args.check:
-        with study_bar() as bar:
-            return check_agreement(args, partial(show, bar))
     plan, report = plan_of(args), report_of(args)
     with Interruption() as interruption, study_bar() as bar:
         study = Measurement(
@@ -121,7 +97,9 @@ def run(args: Namespace) -> int:
         if report is not None:
             for name, content in accuracy_report.contents(study).items():
                 print(written_bytes(report / name, content))
-    return 0 if interruption.number is None else interruption.exit_code
+    if interruption.number is not None:
+        return interruption.exit_code
+    return 1 if args.check and accuracy_report.biases_of(study) else 0
 
 
 def plan_of(args: Namespace) -> list[variants.Variant]:
@@ -185,64 +163,3 @@ def show(bar, what: str, done: float) -> None:
     bar.set_description_str(what, refresh=False)
     bar.update(max(0.0, min(done, 1.0) - bar.n))
     bar.refresh()
-
-
-# ── do the estimators agree? ──
-
-
-def check_agreement(args: Namespace, tell: Callable[[str, float], Any]) -> int:
-    """Render, and say which estimators differ; 1 if some do.
-
-    Args:
-        tell: is called with what is rendered, and the share of the work that is done.
-    """
-    if args.arch is None:
-        runtime.ensure()
-    else:
-        runtime.init(args.arch)
-    if args.report is not None:
-        make_folder(Path(args.report), f"--report {args.report}")
-    estimators = None if args.estimators == variants.ALL else args.estimators
-    scene = bench_of(args).load(variants.Variant())
-    groups = agreement.agreement(scene, args.size, args.budget, estimators, tell=tell)
-    print("\n".join(line for group in groups for line in lines_of(group)))
-    print(f"If nothing is biased, {FALSE_ALARMS:.0%} of such checks tell a difference by chance.")
-    if args.report is not None:
-        path = Path(args.report) / NAME
-        replace_file(path, as_page(str(args.scene), groups).encode())
-        print(path)
-    return 0 if all(group.agrees for group in groups) else 1
-
-
-def lines_of(group: Group) -> list[str]:
-    """What was found of estimators that should agree."""
-    head = f"{group.what}: compared with {group.reference}, whose error is {percent(group.of_reference)}"
-    return [head, *(f"  {line_of(one)}" for one in group.others)]
-
-
-def line_of(one: Compared) -> str:
-    """What was found of one estimator."""
-    shift = f"{one.name:<14} {100 * one.shift:+.2f} % ± {100 * one.error:.2f} %"
-    if math.isnan(one.z):
-        return f"{one.name:<14} unknown: its samples are too few or its noise is too large"
-    if one.agrees:
-        rest = f"; light that no sample met may hide {percent(one.unseen)}" if one.unseen > abs(one.error) / 2 else ""
-        return f"{shift}  agrees{rest}"
-    word = "bright" if one.z > 0 else "dark"
-    count = int((np.sign(one.z) * one.blocks > MARKED).sum())
-    where = f", above all in {count} of {one.blocks.size} blocks" if count else ""
-    return f"{shift}  differs: too {word} (z {one.z:.1f}){where}"
-
-
-def as_page(title: str, groups: list[Group]) -> str:
-    """The same as a page, with a map of z for each estimator."""
-    from matplotlib import colormaps
-
-    colours = colormaps["coolwarm"]  # from 0, blue, over 0.5, grey, to 1, red
-    parts: list[Any] = [page.paragraph(LEGEND, "note")]
-    for group in groups:
-        parts.append(f"<h2>{html.escape(lines_of(group)[0])}</h2>")
-        parts += [
-            page.picture(colours((one.blocks / MARKED + 1) / 2)[..., :3], line_of(one), SHOWN) for one in group.others
-        ]
-    return page.page(f"Do the estimators of {title} agree?", parts)
