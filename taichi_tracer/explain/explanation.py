@@ -21,8 +21,6 @@ from taichi_tracer.tones.display import Display
 
 DIGITS, SHORT = 7, 4  # of a number in the text, and in a product; the JSON has all of them
 TRIED = ("a triangle is tried", "a sphere is tried")
-WORDS = {"is_met", "is_hit", "is_backfacing", "is_blocked", "is_inside", "is_delta"}  # numbers that are yes or no
-WHOLE = {"triangle_id", "material_id", "sphere_id", "node", "brdf", "boxes_met", "depth"}
 OF_DIRECTION = ("f_r", "the BRDF's density", "the lights' density")  # which several methods ask for; each is shown once
 
 
@@ -132,12 +130,9 @@ def steps_within(steps: list[Step]) -> list[Step]:
 
 
 def text_of_value(name: str, value: Any) -> str:
-    """ "name = value"."""
-    short = name.rpartition(".")[2]
-    if short in WORDS:
+    """ "name = value"; names such as is_hit are of numbers that are yes or no."""
+    if name.rpartition(".")[2].startswith("is_"):
         return f"{name} = {'yes' if value else 'no'}"
-    if short in WHOLE:
-        return f"{name} = {int(value)}"
     if np.ndim(value) > 0:
         return f"{name} = ({', '.join(number(one) for one in value)})"
     return f"{name} = {number(value)}"
@@ -358,11 +353,12 @@ def weigh(terms: list[Term], reflected: list[np.ndarray]) -> None:
             lit[0].factors[APPLIED] = weight
 
 
-# ── drawings: the path from the side, the first surface with its lobe, the pixel ──
+# ── drawings: the path from the side, and the pixel ──
 
 
-RAY, OF_LIGHT, SURFACE, LOBE = "#2f7fc1", "#d9820b", "#8a97a5", "#2f9e5b"
+RAY, OF_LIGHT, SURFACE, BOUNCE = "#2f7fc1", "#d9820b", "#8a97a5", "#2f9e5b"
 SIZE = (6.0, 4.0)  # of a drawing, in inches
+CAPTION = "the path from the eye, seen from the side"
 STUB = 0.35  # of the extent of the path: the length of an arrow that leaves it; twice the length of a drawn surface
 LEAST = 1e-3  # the weight of normals for the plane of a path: they decide only where the path is a straight line
 FLAT = 1e-9  # a shorter vector has no direction
@@ -370,14 +366,19 @@ SIDE, RING = 160, 23  # of the small picture: its width in pixels; the radius of
 
 
 def path_drawing(points: np.ndarray, normals: np.ndarray, arrows: Sequence[tuple]) -> str:
-    """The path on the plane that fits it best, as SVG.
+    """The path on the plane that fits it best, as SVG whose letters have the colour of the text around it.
 
     Args:
         points: (n, 3): the eye, then the surfaces; the last one may be far away.
         normals: (n − 1, 3) of the surfaces.
         arrows: (from where, along which unit vector, its colour, what it is) of the directions that were sampled.
     """
-    frame, axes = plane_of(points, normals), empty_axes()
+    from matplotlib.figure import Figure
+
+    axes = Figure(figsize=SIZE, facecolor="none", layout="constrained").add_subplot(aspect="equal")
+    axes.margins(0.1)
+    axes.axis("off")
+    frame = plane_of(points, normals)
     flat = points @ frame.T
     length = STUB * max(float(np.ptp(flat, axis=0).max()), FLAT)
     for a, b in zip(flat[:-1], flat[1:], strict=True):
@@ -389,32 +390,8 @@ def path_drawing(points: np.ndarray, normals: np.ndarray, arrows: Sequence[tuple
     write(axes, flat[0], "eye")
     for origin, direction, colour, what in arrows:
         draw_arrow(axes, frame @ origin, frame @ origin + length * (frame @ direction), colour, what)
-    return as_figure(axes, "the path from the eye, seen from the side")
-
-
-def lobe_drawing(lobe: np.ndarray, w_o: np.ndarray, normal: np.ndarray, directions: Sequence[tuple]) -> str:
-    """The first surface in the plane of its normal and the viewer, with f_r cos θ for every direction in this plane.
-
-    Args:
-        lobe: (n,) f_r max(n·ω_i, 0) at n angles from −90° to 90°, positive on the viewer's side.
-        w_o, normal: unit vectors.
-        directions: (unit vector, its colour, what it is) that were sampled; they are turned about the normal into the
-            plane.
-
-    Returns:
-        SVG.
-    """
-    axes, foot = empty_axes(), np.zeros(2)
-    angles = np.linspace(-np.pi / 2, np.pi / 2, len(lobe))
-    size = lobe / max(float(lobe.max()), FLAT)
-    axes.fill(size * np.sin(angles), size * np.cos(angles), facecolor=f"{LOBE}40", edgecolor=LOBE)
-    axes.plot([-1.1, 1.1], [0, 0], color=SURFACE)
-    tangent = w_o - np.dot(w_o, normal) * normal
-    for w, colour, what in [(normal, SURFACE, "n"), (w_o, RAY, "ω_o"), *directions]:
-        height = float(np.dot(w, normal))
-        across = np.sqrt(max(0.0, 1 - height * height)) * (1 if np.dot(w, tangent) >= 0 else -1)
-        draw_arrow(axes, foot, np.array([across, height]), colour, what)
-    return as_figure(axes, "the first surface: its normal, the viewer, the lobe f_r cos θ and the sampled directions")
+    drawn = svg_of(axes.figure, CAPTION).replace("var(--ink)", "currentColor")
+    return f"<figure>{drawn}<figcaption>{CAPTION}</figcaption></figure>"
 
 
 def plane_of(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -424,19 +401,6 @@ def plane_of(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     turn = np.arctan2(*frame[:, 1])
     cos, sin = np.cos(turn), np.sin(turn)
     return np.array([[cos, -sin], [sin, cos]]) @ frame
-
-
-# ── matplotlib ──
-
-
-def empty_axes() -> Any:
-    """Axes without a frame, with one scale for both directions."""
-    from matplotlib.figure import Figure
-
-    axes = Figure(figsize=SIZE, facecolor="none", layout="constrained").add_subplot(aspect="equal")
-    axes.margins(0.1)
-    axes.axis("off")
-    return axes
 
 
 def draw_arrow(axes: Any, start: np.ndarray, end: np.ndarray, colour: str, label: str = "") -> None:
@@ -450,12 +414,6 @@ def draw_arrow(axes: Any, start: np.ndarray, end: np.ndarray, colour: str, label
 def write(axes: Any, place: np.ndarray, text: str, offset: Any = (14, 10)) -> None:
     """Words beside a point of the plane, so many points away from it."""
     axes.annotate(text, place, offset, textcoords="offset points", ha="center", va="center", fontsize=FONT, color=INK)
-
-
-def as_figure(axes: Any, caption: str) -> str:
-    """The drawing, with a caption; in a page and in a notebook, the letters have the colour of the text around it."""
-    drawn = svg_of(axes.figure, caption).replace("var(--ink)", "currentColor")
-    return f"<figure>{drawn}<figcaption>{html.escape(caption)}</figcaption></figure>"
 
 
 def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: bool) -> str:
@@ -478,9 +436,8 @@ def thumbnail(image: np.ndarray, column: int, row: int, display: Display, srgb: 
 # ── the explanation ──
 
 
-BRDF = "BRDF"  # what a direction is called that the BRDF gave
 # Step that samples a direction → its colour, and what it is.
-SAMPLED = {OF_LIGHTS: (OF_LIGHT, "light"), OF_BRDF: (LOBE, BRDF)}
+SAMPLED = {OF_LIGHTS: (OF_LIGHT, "light"), OF_BRDF: (BOUNCE, "BRDF")}
 NUMBERS = F_R, COS, PDF_BRDF, PDF_LIGHTS, PDF_ONE, THROUGHPUT, WEIGHT, RATIO, SURVIVAL, L, APPLIED
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
 RAYS = ("query_segment", "query_ray", "is_occluded")
@@ -508,7 +465,6 @@ class Explanation:
         steps: what was computed, in order.
         counts: how often nodes were entered and primitives were tried; the steps show only the first ones.
         is_complete: False if the sample takes so many steps that the last ones are missing.
-        lobe: f_r max(n·ω_i, 0) of the first surface, see ``lobe_drawing``; None if it is a mirror, or a miss.
         terms: what is added up to ``value``; empty if the sample is not made of light.
         thumbnail: HTML of the picture with a mark at the pixel; "" if nothing was rendered.
     """
@@ -527,7 +483,6 @@ class Explanation:
     steps: list[Step]
     counts: dict[str, int]
     is_complete: bool = True
-    lobe: np.ndarray | None = None
     terms: tuple[Term, ...] = ()
     thumbnail: str = ""
 
@@ -586,30 +541,21 @@ class Explanation:
             lines.append(f"{short_text(self.remainder)} of the value is not explained by these terms")
         return lines
 
-    def drawings(self) -> list[str]:
-        """SVG: the path, and the first surface with its lobe; nothing if the eye ray hits nothing."""
-        surfaces = self.find("surface")
+    def drawing(self) -> str:
+        """SVG of the path; "" if the eye ray hits nothing."""
+        surfaces = [step.values for step in self.find("surface")]
         rays = [step for name in RAYS for step in self.find(name) if "ray.origin" in step.values]
         if not surfaces or not rays:
-            return []
-        points = np.array([rays[0].values["ray.origin"], *(s.values["position"] for s in surfaces)])
-        arrows, where = [], -1  # the number of the surface
+            return ""
+        points = np.array([rays[0].values["ray.origin"], *(surface["position"] for surface in surfaces)])
+        arrows, number = [], 0  # of the surface
         for step in steps_within(self.steps):
-            where += step.name == "surface"
-            if step.name in SAMPLED:
-                arrows.append((where, step.values["w_i"], *SAMPLED[step.name]))
-        shown = [
-            (surfaces[where].values["origin"], w_i, colour, f"{what} {where + 1}")
-            for where, w_i, colour, what in arrows
-            if what != BRDF or where == len(surfaces) - 1  # elsewhere, the path goes on along this direction
-        ]
-        normals = np.array([s.values["normal"] for s in surfaces])
-        found = [path_drawing(points, normals, shown)]
-        if self.lobe is not None:
-            first = surfaces[0].values
-            own = [(w_i, colour, what) for where, w_i, colour, what in arrows if where == 0]
-            found.append(lobe_drawing(self.lobe, first["w_o"], first["normal"], own))
-        return found
+            number += step.name == "surface"
+            goes_on = step.name == OF_BRDF and number < len(surfaces)  # the path itself shows this direction
+            if step.name in SAMPLED and not goes_on:
+                colour, what = SAMPLED[step.name]
+                arrows.append((surfaces[number - 1]["origin"], step.values["w_i"], colour, f"{what} {number}"))
+        return path_drawing(points, np.array([surface["normal"] for surface in surfaces]), arrows)
 
     def __str__(self) -> str:
         lines = [self.title, *lines_of(self.steps, 1)]
@@ -625,8 +571,8 @@ class Explanation:
         """The steps as a list that can be opened and closed, for notebooks and pages."""
         conclusion = "\n".join(html.escape(line) for line in [*self.equation, *self.conclusion])
         body = "".join(as_html(step, 0) for step in grouped(self.steps))
-        figures = "".join([self.thumbnail, *self.drawings()])
         table = terms_as_html(self.terms) if self.terms else ""
+        figures = self.thumbnail + self.drawing()
         return f"<p>{html.escape(self.title)}</p>{figures}{table}<pre style='overflow-x: auto'>{conclusion}</pre>{body}"
 
 
@@ -692,13 +638,14 @@ def term_as_data(term: Term) -> dict[str, Any]:
 def terms_as_html(terms: Sequence[Term]) -> str:
     """A table with a row for each term; the reason of a zero stands below its direction."""
     rows = [
-        {"where": term.where, "direction": html.escape(term.how), "contributes": f"<b>{short_text(term.value)}</b>"}
+        {
+            "where": term.where,
+            "direction": html.escape(term.how) + f"<br><em>{html.escape(term.why)}</em>" * bool(term.why),
+            "contributes": f"<b>{short_text(term.value)}</b>",
+        }
         | {name: short_text(value) for name, value in (term.numbers | term.factors).items()}
         for term in terms
     ]
-    for row, term in zip(rows, terms, strict=True):
-        if term.why:
-            row["direction"] += f"<br><em>{html.escape(term.why)}</em>"
     columns = [name for name in ("where", "direction", "contributes", *NUMBERS) if any(name in row for row in rows)]
     style = "<style>.terms td:nth-child(2) { text-align: left; white-space: normal; min-width: 13em }</style>"
     table = page.cards([{name: row.get(name, "") for name in columns} for row in rows], columns)

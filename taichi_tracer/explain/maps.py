@@ -2,17 +2,16 @@
 
 import copy
 import functools
-import time
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.files.images import Picture
 from taichi_tracer.integrators.base import Control, Integrator, NameControl
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths
+from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.sample_parts import SampleParts
@@ -22,7 +21,6 @@ from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.memory import Lru
 from taichi_tracer.system.parts import PARTS, overridable, register
-from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up
 
@@ -32,14 +30,13 @@ if TYPE_CHECKING:
 USUALLY_MEASURED: str = OPTIONS["map_of"].usual  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
 COVERED = 99.5  # percent of the pixels that the automatic scale covers
-TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many tiles, of at least so many pixels a side
 
 
 @register
 @ti.data_oriented
 @overridable()
 class MapRenderer(ProgressiveRenderer):
-    """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
+    """Maps of work: nodes and triangles per pixel, shadow rays blocked, directions below the horizon, standard error.
 
     Args:
         scene_data, width, height, options: as for ``ProgressiveRenderer``; ``integrator`` is a map.
@@ -143,73 +140,19 @@ class MapRenderer(ProgressiveRenderer):
 
     # ── samples ──
 
-    def add_sample(self, index: int, count: int = 1) -> None:
-        """Take samples for every pixel, and count what they do."""
-        scene = self.kernel_scene()
-        scene.lights.prepare(self.measured.samples_lights)
-        key = self.map, self.measured, scene
-        parts = self._parts.get(key, lambda: self._watched(self.sample_parts(scene, self.measured)))
-        if self.map.is_timed:
-            for k in range(index, index + count):
-                self._add_times(self.seconds_of_tiles(parts, k), k)
-        else:
-            self._take_samples(parts, self.seed, index, count)
-
-    def _watched(self, parts: SampleParts) -> SampleParts:
-        """The parts of a sample as the map in use watches them."""
-        if self.map.is_timed:
-            return parts._replace(film=self._tile)
-        return parts if self.map.number is None else counted(parts, self.map.number)
-
-    @functools.cached_property
-    def _tile(self) -> SomePixels:
-        """The tile that is timed."""
-        return SomePixels(in_order=True)
-
-    def seconds_of_tiles(self, parts: SampleParts, index: int) -> np.ndarray:
-        """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.
-
-        A kernel has no clock. Therefore the tiles are rendered one after the other, each by one thread, and the time
-        that it takes to start a kernel is subtracted.
-        """
-        side = self.side_of_tiles
-        times = np.zeros((-(-self.width // side), -(-self.height // side)), np.float32)
-
-        def seconds(x0: int, x1: int, y0: int, y1: int) -> float:
-            """How long a sample of each pixel of one tile takes together."""
-            self._tile.choose((x0, x1), (y0, y1))
-            begin = time.perf_counter()
-            self._take_samples(parts, self.seed, index, 1)
-            ti.sync()
-            return time.perf_counter() - begin
-
-        empty = min(seconds(0, 0, 0, 0) for _ in range(9))
-        (left, right), (bottom, top) = self.film.ranges
-        for i, j in np.ndindex(*times.shape):
-            x0, x1 = max(left, i * side), min(right, (i + 1) * side)
-            y0, y1 = max(bottom, j * side), min(top, (j + 1) * side)
-            if x0 < x1 and y0 < y1:
-                needed = min(seconds(x0, x1, y0, y1) for _ in range(2))  # another program may run in between
-                times[i, j] = max(0.0, needed - empty) / ((x1 - x0) * (y1 - y0))
-        return times
-
-    @property
-    def side_of_tiles(self) -> int:
-        """Pixels on a side of the tiles that are timed."""
-        return max(SMALLEST_TILE, int(np.ceil(np.sqrt(self.width * self.height / TILES))))
-
-    @ti.kernel
-    def _add_times(self, times: ti.types.ndarray(dtype=ti.f32, ndim=2), index: ti.u32):
-        for x, y in ti.ndrange(*self.film.ranges):
-            seconds = times[x // ti.static(self.side_of_tiles), y // ti.static(self.side_of_tiles)]
-            self.film.add(x, y, tm.vec3(ti.cast(seconds, float)), index)
+    def sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
+        """What a sample of the measured picture is made of; the map in use counts what it does, or leaves it."""
+        parts, number = super().sample_parts(scene, self.measured), self.map.number
+        if number is None:
+            return parts
+        return self._parts.get((number, self.measured, scene), lambda: counted(parts, number))
 
     # ── the picture ──
 
     def image(self) -> Picture:
         """(height, width, 3) float32, top row first: the number of each pixel, in all channels."""
         found = super().image()
-        if not self.map.shows_error:
+        if self.map.number is not None:
             return found
         errors = np.nan_to_num(self.film.standard_error().mean(axis=2, keepdims=True), posinf=0.0)
         return Picture(np.repeat(errors, 3, axis=2), self.srgb)
@@ -218,7 +161,7 @@ class MapRenderer(ProgressiveRenderer):
     def canvas(self) -> Any:
         """The Taichi field [x, y] that windows show: the numbers of ``image()``."""
         field = super().canvas
-        if self.map.shows_error:
+        if self.map.number is None:
             field.from_numpy(np.ascontiguousarray(self.image()[::-1].swapaxes(0, 1)))
         return field
 

@@ -160,6 +160,7 @@ INTERSECTOR = {
     "query_ray": NotedMethod(got=("ray",), gave=("",), is_group=True),
     "query_segment": NotedMethod(got=("ray", "t_min", "t_max"), gave=("",), is_group=True),
     "is_occluded": NotedMethod(got=("ray", "t_max"), gave=("is_blocked",), is_group=True),
+    "node_interval": NotedMethod("a box is tried", ("node", "t_max"), ("t_near", "t_far"), is_limited=True),
     "intersect_triangle": NotedMethod(got=("triangle_id",), gave=("",), is_limited=True),
     "sphere_candidate": NotedMethod("a sphere is tried", ("sphere_id",), ("taken",), is_limited=True),
     # Of objects that stand in several places: from here on, nodes are those of the object.
@@ -237,11 +238,6 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``met_children`` of a wide hierarchy: the node, and how many of its boxes are met."""
         log.note("a node is entered", is_limited=True, node=node, boxes_met=tm.popcnt(result[1]), t_max=t_max)
 
-    def tried_box(part, result, bounds, node, t_min, t_max):
-        """``node_interval`` of a binary hierarchy."""
-        t_near, t_far = result
-        log.note("a box is tried", is_limited=True, node=node, is_met=t_near <= t_far, t_near=t_near, t_far=t_far)
-
     def tried_corners(part, result, ray, bounds, triangle_id, *corners):
         """``try_corners`` of a wide hierarchy."""
         note_triangle(log, part, ray, triangle_id, corners, result[0])
@@ -261,7 +257,6 @@ def noted_search(log: Log) -> dict[str, Observer]:
 
     methods = {
         "met_children": entered,
-        "node_interval": tried_box,
         "try_corners": tried_corners,
         "solved": tried_solved,
         "triangle_hit": tried_hit,
@@ -275,10 +270,18 @@ def recorded_scene(scene: Any, log: Log) -> Any:
 
     def made(part, surface, ray, hit):
         """``surface_at``."""
-        numbers = {name: getattr(hit, name) for name in ("position", "position_error")}
-        numbers |= {name: getattr(surface, name) for name in ("origin", "normal", "geometric_normal")}
-        ids = {"material_id": hit.material_id, "brdf": surface.brdf_id, "is_delta": surface.is_delta()}
-        log.note("surface", w_o=surface.w_o, **ids, **numbers)
+        log.note(
+            "surface",
+            w_o=surface.w_o,
+            material_id=hit.material_id,
+            brdf=surface.brdf_id,
+            is_delta=surface.is_delta(),
+            position=hit.position,
+            position_error=hit.position_error,
+            origin=surface.origin,
+            normal=surface.normal,
+            geometric_normal=surface.geometric_normal,
+        )
 
     def drawn(surface, w_i, xi):
         """``sample`` of a surface: the density of the direction, which not every estimator asks for."""
@@ -333,9 +336,6 @@ def recorded_integrator(integrator: Any, log: Log) -> Any:
 # ── what is noted ──
 
 
-LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too
-
-
 @ti.data_oriented
 class PixelExplainer:
     """Takes the samples of one pixel at a time with the observed parts of a renderer, and notes one of them.
@@ -348,20 +348,19 @@ class PixelExplainer:
     def __init__(self, renderer: Any, parts: Any) -> None:
         self.renderer, self.log, self._of = renderer, Log(), (parts.scene, parts.integrator, renderer.camera)
         self.film = Film(1, 1, **renderer.film.kind)
-        self.pixels, self.scene = SomePixels(self.end), parts.scene
+        self.pixels = SomePixels(self.end)
         scene, eye_rays = recorded_scene(parts.scene, self.log), copy.copy(parts.eye_rays)
         eye_rays.camera, eye_rays.intersector = recorded(renderer.camera, self.log, CAMERA), scene.ray_intersector
         self.parts = parts._replace(
             scene=scene,
             integrator=recorded_integrator(parts.integrator, self.log),
-            eye_rays=observed(eye_rays, {"hit_of": after(lambda part, found, *_: self.begin(*found))}),
+            eye_rays=eye_rays,
             sampler=observed(parts.sampler, {"start": lambda part, call, *of: recorded(call(*of), self.log, NUMBERS)}),
             film=self.pixels,
         )
         self._memory = memory.Memory()
-        self.value, self.lobe, self.has_lobe = ti.Vector.field(3, float), ti.field(float), ti.field(ti.i32)
-        self._memory.fields.place(self.value, self.has_lobe)
-        self._memory.fields.dense(ti.i, LOBE_ANGLES).place(self.lobe)
+        self.value = ti.Vector.field(3, float)
+        self._memory.fields.place(self.value)
         self._memory.allocate()
 
     def is_of(self, *parts: Any) -> bool:
@@ -399,7 +398,6 @@ class PixelExplainer:
             steps=steps,
             counts=counts,
             is_complete=self.log.is_full[None] == 0,
-            lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
             terms=tuple(terms_of(steps, self.share)) if r.srgb else (),
             thumbnail=thumbnail(r.film.image(), column, row, r.display, r.srgb) if r.film.samples > 0 else "",
         )
@@ -421,36 +419,11 @@ class PixelExplainer:
             values[k] = self.value.to_numpy()
         return values
 
-    @compile_time
-    def begin(self, ray, hit) -> None:
-        """Keep the eye ray of a sample, and what it hits."""
-        self.ray, self.hit = ray, hit
-
     @ti.func
     def end(self, x, y, value, index):
-        """Add a sample to the pixel, and keep its value, and its lobe if it is the one that is noted."""
+        """Add a sample to the pixel, and keep its value."""
         self.value[None] = value
-        if self.log.is_on[None] != 0:
-            self.has_lobe[None] = 0
-            if ti.static(self.renderer.srgb):
-                if self.hit.is_hit:
-                    self.draw_lobe(self.scene, self.ray, self.hit)
         self.film.record(0, 0, value, index)
-
-    @ti.func
-    def draw_lobe(self, scene: ti.template(), ray, hit):
-        """Keep f_r cos θ of a surface, for directions in the plane of the normal and the viewer."""
-        surface = scene.surface_at(ray, hit)
-        self.has_lobe[None] = ti.cast(not surface.is_delta(), ti.i32)
-        n, w_o = surface.normal, surface.w_o
-        across = w_o - tm.dot(w_o, n) * n
-        if across.norm() < 1e-6:
-            across = tm.cross(n, ti.select(abs(n.x) < 0.9, tm.vec3(1, 0, 0), tm.vec3(0, 1, 0)))
-        tangent = across.normalized()
-        for k in range(LOBE_ANGLES):
-            angle = tm.pi * (k / (LOBE_ANGLES - 1) - 0.5)
-            w_i = ti.sin(angle) * tangent + ti.cos(angle) * n
-            self.lobe[k] = surface.eval_cosine(w_i).sum() / 3
 
 
 @ti.kernel
@@ -465,19 +438,14 @@ def farthest(values: np.ndarray) -> int:
     return int((is_odd if is_odd.any() else abs(values - values.mean(axis=0)).sum(axis=1)).argmax())
 
 
-def check_pixel(renderer: Any, column: int, row: int) -> None:
-    """Raise an InputError if a picture has no such pixel."""
-    for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
-        if not 0 <= value < size:
-            raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
-
-
 def explained(renderer: Any, column: int, row: int, sample: int | None, samples: int | None) -> Explanation:
     """The explanation of a sample of a renderer's pixel, see ``RenderedPicture.explain``."""
     renderer.scene_data.check_alive()
     if not renderer.is_current():
         renderer.begin()
-    check_pixel(renderer, column, row)
+    for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
+        if not 0 <= value < size:
+            raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
     passes = renderer.first_sample, renderer.first_sample + renderer.film.samples
     first, end = renderer.shares.range_of(column, renderer.height - 1 - row, *passes)
     samples = max(1, end - first) if samples is None else samples

@@ -66,32 +66,20 @@ class WorkMap(Integrator):
     Args:
         name, label: as for ``Integrator``.
         unit: of the number.
-        number: the name of the number of a ``WorkTally``; None for a map that is not the mean of such numbers.
-        is_timed: whether the number is the time that a sample takes.
-        shows_error: whether the map shows the standard error of the picture that is measured.
+        number: the name of the number of a ``WorkTally``; None shows the standard error of the picture instead.
     """
 
     what = "map"
 
-    def __init__(
-        self,
-        name: str,
-        label: str,
-        unit: str,
-        number: str | None = None,
-        is_timed: bool = False,
-        shows_error: bool = False,
-    ) -> None:
+    def __init__(self, name: str, label: str, unit: str, number: str | None = None) -> None:
         self.name, self.label, self.unit, self.number = name, label, unit, number
-        self.is_timed, self.shows_error = is_timed, shows_error
 
 
 register(WorkMap("nodes", "Nodes entered", "nodes entered per sample", "nodes"))
 register(WorkMap("triangles", "Triangles tried", "triangles and spheres tried per sample", "primitives"))
 register(WorkMap("blocked", "Shadow rays blocked", "shadow rays blocked per sample", "blocked"))
 register(WorkMap("below_horizon", "Below the horizon", "directions below the horizon per sample", "below"))
-register(WorkMap("standard_error", "Standard error", "standard error of the mean, as radiance", shows_error=True))
-register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
+register(WorkMap("standard_error", "Standard error", "standard error of the mean, as radiance"))
 
 
 def counted(parts: Any, number: str) -> Any:

@@ -8,24 +8,19 @@ import taichi as ti
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time, element, variable
 
-NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
-
 
 @ti.data_oriented
 class SomePixels:
     """Takes samples as a film does, and gives them to a function.
 
     Args:
-        take: what gets (x, y, value, index) of every sample, in a kernel; None lets nobody have them.
-        in_order: whether one thread takes one pixel after the other.
+        take: what gets (x, y, value, index) of every sample, in a kernel.
     """
 
-    def __init__(self, take: Callable[..., Any] | None = None, in_order: bool = False) -> None:
-        self.take, self.in_order = take, in_order
-        self._memory = memory.Memory()
-        self.ends, self.unused = ti.field(ti.i32), ti.field(ti.i32)
+    def __init__(self, take: Callable[..., Any]) -> None:
+        self.take, self._memory = take, memory.Memory()
+        self.ends = ti.field(ti.i32)
         self._memory.fields.dense(ti.i, 4).place(self.ends)
-        self._memory.fields.place(self.unused)
         self._memory.allocate()
 
     def choose(self, columns: tuple[int, int], rows: tuple[int, int]) -> None:
@@ -36,8 +31,6 @@ class SomePixels:
     def ranges(self) -> tuple[tuple, tuple]:
         """((x0, x1), (y0, y1)), for the kernel that begins its loop over them now."""
         x0, x1, y0, y1 = (variable(element(self.ends, k)) for k in range(4))
-        if self.in_order:
-            ti.loop_config(serialize=True)
         return (x0, x1), (y0, y1)
 
     @ti.func
@@ -48,13 +41,4 @@ class SomePixels:
     @compile_time
     def record(self, x, y, value, index) -> None:
         """Take the sample of a pixel, see ``Film.record``."""
-        if self.take is None:
-            self.keep(value)
-        else:
-            self.take(x, y, value, index)
-
-    @ti.func
-    def keep(self, value):
-        """Use a value that nobody takes, so that the compiler does not leave it out."""
-        if value.sum() == NEVER:
-            self.unused[None] = 1
+        self.take(x, y, value, index)

@@ -128,8 +128,7 @@ def test_the_steps_have_the_handouts_names_and_order(picture):
     assert of_light.values["L_i"].max() > 0
     assert np.array_equal(found.steps[5].values["reflected"], found.value)
     assert "a triangle is tried" in str(found)
-    path, _ = found.drawings()
-    assert "light 1" in path  # from the first surface
+    assert "light 1" in found.drawing()  # from the first surface
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def add_arguments(parser: Parser) -> None:
     )
     add_option(which, "spp")
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
-    parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
+    parser.add_argument("--html", metavar="FILE", help="write a page with a drawing, too")
 
 
 def run(args: Namespace) -> int:
