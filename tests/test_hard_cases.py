@@ -94,7 +94,7 @@ def test_the_watertight_test_passes(precision, intersector):
     assert [(v.case, v.broken, v.weak) for v in result.verdicts if v.word != "PASS"] == []
     assert result.passed
     assert len(result.rows) == 1
-    assert result.machine["backend"] == "cpu"
+    assert "backend cpu" in result.machine
 
 
 def test_promises():
@@ -126,7 +126,7 @@ def canned(monkeypatch):
         } | findings
         verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
         row = hard_cases.Row(mode, found, 123.4)
-        result = hard_cases.SuiteResult("quick", {"python": "3"}, [row], [verdict])
+        result = hard_cases.SuiteResult("quick", "python 3", [row], [verdict])
         monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)
 
     return make

@@ -17,6 +17,7 @@ from taichi_tracer.files.page import COLOURS, FONT, GRID, INK
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
+from taichi_tracer.studies.variants import is_path
 from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.png")
@@ -73,7 +74,7 @@ def biases_of(study: Study) -> list[str]:
     """A line for each variant whose mean differs from that of the reference by more than noise; fewer bounces may."""
     found = []
     for curve in study.curves:
-        is_biased = curve.variant.max_bounces < study.curves[0].variant.max_bounces and curve.variant.is_path
+        is_biased = curve.variant.max_bounces < study.curves[0].variant.max_bounces and is_path(curve.variant.estimator)
         if abs(curve.bias) > SURE_BIAS and not is_biased:
             found.append(
                 f"{curve.label} is {'brighter' if curve.shift > 0 else 'darker'} than the reference by "

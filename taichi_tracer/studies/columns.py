@@ -21,17 +21,13 @@ def in_columns(rows: Sequence[dict[str, str]]) -> list[str]:
 # ── the machine ──
 
 
-def machine_facts() -> dict[str, str]:
-    """Versions, backend and processors, by name."""
-    return {
+def describe_machine() -> str:
+    """Versions, backend and processors, in one line."""
+    facts = {
         "python": platform.python_version(),
         "taichi": ".".join(str(part) for part in ti.__version__),
         "system": f"{platform.system()} {platform.machine()}",
         "backend": runtime.ensure().arch,
         "processors": str(os.cpu_count()),
     }
-
-
-def describe_machine() -> str:
-    """The facts in one line."""
-    return ", ".join(f"{name} {value}" for name, value in machine_facts().items())
+    return ", ".join(f"{name} {value}" for name, value in facts.items())

@@ -18,7 +18,7 @@ from taichi_tracer.files import page
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.studies.columns import in_columns, machine_facts
+from taichi_tracer.studies.columns import describe_machine, in_columns
 from taichi_tracer.studies.hard import light_cases, view_cases  # noqa: F401 (their cases)
 from taichi_tracer.studies.hard.case import (
     COUNTS,
@@ -200,7 +200,7 @@ class SuiteResult:
     """What the suite found, and the machine on which it ran."""
 
     level: str
-    machine: dict[str, str]
+    machine: str
     rows: list[Row]
     verdicts: list[CaseVerdict]
 
@@ -251,14 +251,15 @@ def run(
     before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
-    machine: dict[str, str] = {}
+    machine = ""
     try:
         for mode in modes_of(level, arch) if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
                 runtime.init(arch, mode.precision, mode.fast_math, force=True)
-                started, machine = start, machine or machine_facts()  # of f32: a GPU without f64 leaves that to the CPU
+                # The first start is in f32: a GPU without f64 leaves that to the CPU.
+                started, machine = start, machine or describe_machine()
                 if renderer:
                     progress("renderer")
                     verdicts += renderer_verdicts(mode, level)
@@ -456,15 +457,14 @@ def table(result: SuiteResult) -> list[str]:
     """Lines of text: the verdict on the default, first and last; every mode, every case, what other modes lose."""
     verdict = default_line(result)
     failed = [f"FAIL  {v.case}: {found_in_words(v, Promise())}" for v in result.of_default if v.word == "FAIL"]
-    where = f"Measured with {', '.join(f'{name} {value}' for name, value in result.machine.items())}."
     modes, cases = (in_columns(rows) for rows in (mode_rows(result), case_rows(result)))
-    return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", where, *failed, verdict]
+    last = f"Measured with {result.machine}.", *failed, verdict
+    return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", *last]
 
 
 def as_page(result: SuiteResult) -> str:
     """The same as an HTML page that needs no other file."""
-    machine = ", ".join(f"{name} {value}" for name, value in result.machine.items())
-    parts = [page.paragraph(f"Level {result.level}; {machine}.", "note")]
+    parts = [page.paragraph(f"Level {result.level}; {result.machine}.", "note")]
     tables = {"Every mode": mode_rows(result), "Every case in the default mode": case_rows(result)}
     for title, rows in tables.items():
         parts += [f"<h2>{title}</h2>", page.table(rows) if rows else ""]

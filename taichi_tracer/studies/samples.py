@@ -15,7 +15,7 @@ import taichi.math as tm
 
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.environment import Environment
-from taichi_tracer.files.page import COLOURS, png_of
+from taichi_tracer.files.page import png_of
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
@@ -56,15 +56,10 @@ class Counts:
         return int(self.cells.sum())
 
     @property
-    def entropy(self) -> float:
-        """Bits: −Σ p log₂ p over the shares p of the lamps; log₂ of n where n lamps have equal shares."""
-        share = self.lamps[self.lamps > 0] / self.lamps.sum()
-        return float(max(0.0, -(share * np.log2(share)).sum()))
-
-    @property
     def effective_lamps(self) -> float:
-        """2^entropy: as many lamps with equal shares would have the same entropy."""
-        return 2.0**self.entropy
+        """As many lamps with equal shares would have the same entropy: 2^H, with H = −Σ p log₂ p of the shares p."""
+        share = self.lamps[self.lamps > 0] / self.lamps.sum()
+        return float(2.0 ** -(share * np.log2(share)).sum())
 
     def top(self, most: int) -> list[tuple[int, float]]:
         """(lamp, share) of those that were chosen most often."""
@@ -130,7 +125,6 @@ def environment_counts(
         count: samples of each technique. size: columns and rows of the maps.
     """
     runtime.ensure()
-    check_count(count)
     light = EnvironmentLight(environment, effects=None)  # only for directions, which depend on no effect of a scene
     light.prepare()
     kinds = {UNIFORM: Rows(uniform_sphere, (2,), (3,)), IMPORTANCE: Rows(light.sample_direction, (2,), (3, 1))}
@@ -149,7 +143,6 @@ def lamp_counts(
     Raises:
         InputError: no surface of the scene emits light.
     """
-    check_count(count)
     if scene.lamps.count == 0:
         raise InputError(f"{scene.source}: no surface emits light: give a scene in which a material has Ke > 0")
     found = []
@@ -176,10 +169,8 @@ def lit_point(scene: SceneData, point=None) -> tuple[np.ndarray, np.ndarray]:
         InputError: there is nothing in the middle.
     """
     eye, at = np.asarray(scene.view["eye"], np.float64), np.asarray(scene.view["at"] if point is None else point, float)
-    if np.array_equal(eye, at):
-        return at, np.array([0.0, 1, 0])
     hits = scene.intersect(eye, at - eye)
-    place, normal = eye + hits.distance[0] * (at - eye), hits.normal[0].astype(np.float64)
+    place, normal = hits.position[0].astype(np.float64), hits.normal[0].astype(np.float64)
     if point is None and not hits.is_hit[0]:
         raise InputError(f"{scene.source}: the middle of the view shows no surface: give a point (--point X Y Z)")
     if point is None:
@@ -218,7 +209,6 @@ def choice_table(found: list[Counts]) -> list[str]:
                 "choice": one.name,
                 "chosen": f"{int((one.lamps > 0).sum()):,}",
                 "effective": f"{one.effective_lamps:,.1f}",
-                "bits": f"{one.entropy:.2f}",
                 "deviation": f"{one.deviation:.2f}",
                 "ns/sample": f"{1e9 * one.seconds / one.total:.0f}",
                 "seconds": f"{one.seconds:.3f}",
@@ -260,21 +250,4 @@ def map_png(counts: Counts, brightest: int, title: str) -> bytes:
     axes.set(xlabel="azimuth, degrees", ylabel="elevation, degrees", title=title)
     axes.set(xticks=range(-180, 181, 90), yticks=range(-90, 91, 45))
     figure.colorbar(shown, ax=axes, label="samples per cell (black: none)", shrink=0.85)
-    return png_of(figure)
-
-
-def shares_png(found: list[Counts], title: str) -> bytes:
-    """A chart as a PNG file: the shares of the lamps, sorted, for each choice."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 4.4), layout="constrained")
-    axes = figure.subplots()
-    for one, colour in zip(found, COLOURS, strict=False):
-        share = np.sort(one.lamps[one.lamps > 0])[::-1] / one.lamps.sum()
-        label = f"{one.name}: {one.effective_lamps:,.4g} effective lamps"
-        axes.loglog(np.arange(1, len(share) + 1), 100 * share, color=colour, marker="." if len(share) < 50 else "")
-        axes.lines[-1].set_label(label)
-    axes.set(xlabel="lamps, from the one that is chosen most often", ylabel="share of the samples, %", title=title)
-    axes.grid(True, which="both", alpha=0.2)
-    axes.legend(frameon=False)
     return png_of(figure)

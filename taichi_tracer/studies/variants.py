@@ -99,12 +99,7 @@ class Variant:
     @property
     def renderer(self) -> tuple:
         """Variants in which this is equal share a renderer, and with it a film."""
-        return *self.scene, self.is_path, self.sampler, self.adaptive, self.scale
-
-    @property
-    def is_path(self) -> bool:
-        """Whether light bounces."""
-        return is_path(self.estimator)
+        return *self.scene, is_path(self.estimator), self.sampler, self.adaptive, self.scale
 
     @property
     def paths(self) -> dict:
@@ -185,7 +180,7 @@ def reference_variant(variant: Variant, variants: Sequence[Variant]) -> Variant:
     """What the reference of a variant is rendered with: the package's own parts, whatever is compared with them."""
     choices = {v.lamp_choice for v in variants}
     own = Variant(
-        estimator="path" if variant.is_path else "mis",
+        estimator="path" if is_path(variant.estimator) else "mis",
         lamp_choice=variant.lamp_choice if len(choices) == 1 else REFERENCE_LAMPS,
         max_bounces=max(v.max_bounces for v in variants),
     )

@@ -12,7 +12,6 @@ from taichi_tracer.files.disk import check_place, make_folder, shipped_environme
 from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
 from taichi_tracer.settings import ADVICE, add_options
 from taichi_tracer.studies import samples
-from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import at_least_one, number, size, whole
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS
@@ -32,7 +31,7 @@ def check(args: Namespace, is_environment: bool) -> None:
     if args.normal is not None and not np.any(args.normal):
         raise InputError("--normal must not be 0 0 0")
     make_folder(Path(args.output), f"--output {args.output}")
-    kinds = (samples.UNIFORM, samples.IMPORTANCE) if is_environment else (*PARTS.names("lamp choice"), "shares")
+    kinds = (samples.UNIFORM, samples.IMPORTANCE) if is_environment else PARTS.names("lamp choice")
     for name in kinds:
         check_place(path_of(args, name))
 
@@ -98,7 +97,6 @@ def run(args: Namespace) -> int:
 def of_environment(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
     """(lines of text, name → PNG) for an environment."""
     environment = load_environment(args.what)
-    runtime.ensure()
     found = samples.environment_counts(environment, args.count, args.size, args.seed)
     title = f"{Path(args.what).stem}, {environment.width}x{environment.height}"
     lines = [f"{title}: {args.count:,} samples, counted in {args.size[0]}x{args.size[1]} cells", ""]
@@ -117,11 +115,10 @@ def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
     lines = [f"{Path(args.what).stem}, {scene.lamps.count:,} lamps: {args.count:,} samples {where}", ""]
     lines += [*samples.choice_table(found), "", *samples.top_table(found, scene, TOP), ""]
     lines += [
-        "effective: as many lamps with equal shares have the same entropy, which is in bits.",
+        "effective: as many lamps with equal shares have the same entropy.",
         "deviation: of one sample of the light that arrives if nothing blocks it, relative to the mean.",
     ]
-    title = f"{Path(args.what).stem}: shares of the lamps"
-    return lines, maps(args, found) | {"shares": samples.shares_png(found, title)}
+    return lines, maps(args, found)
 
 
 def maps(args: Namespace, found: list[samples.Counts]) -> dict[str, bytes]:
