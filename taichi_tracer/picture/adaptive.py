@@ -75,7 +75,7 @@ class Shares:
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
         share = int(self.share[x, y]) if self.are_kept else WHOLE
-        first, end = (self.begin + (index * share >> SHARE_BITS) for index in (first, end))
+        first, end = (self.begin + (index * share + WHOLE - 1 >> SHARE_BITS) for index in (first, end))
         return first, end
 
     @ti.func
@@ -83,11 +83,13 @@ class Shares:
         """(the index of the next sample of a pixel, whether the pixel takes it in this pass)."""
         is_taken = True
         if ti.static(self.are_kept):
-            # index · share / WHOLE, rounded down; the product of two halves has no more than 32 bits.
+            # index · share / WHOLE, rounded up, so that all pixels take a sample in the first pass; the product of two
+            # halves has no more than 32 bits.
             share, high, low = self.share[x, y], index >> SHARE_BITS, index & (WHOLE - 1)
             product = low * share
-            is_taken = (product & (WHOLE - 1)) + share >= WHOLE
-            index = self.begin + high * share + (product >> SHARE_BITS)
+            rest = product & (WHOLE - 1)
+            is_taken = rest == 0 or rest + share > WHOLE
+            index = self.begin + high * share + (product + (WHOLE - 1) >> SHARE_BITS)
         return index, is_taken
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from taichi_tracer.files.images import Picture
 from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.sampler import Sampler
 from taichi_tracer.system.errors import InputError
 
 EXTRA = 'pip install "taichi_tracer[denoise]"'
@@ -78,6 +79,12 @@ def check_clamp(factor: float) -> None:
         raise InputError(f"clamp must be a number from {LEAST_CLAMP:g} on, not {factor:g}")
 
 
+def no_halves(how: str, sampler: Sampler) -> InputError:
+    """The error for samples without two independent halves, which tell what a change adds."""
+    advice = "take two samples or more" if sampler.replicated else f"take the sampler {SAMPLER}"
+    return InputError(f"{how}: no two halves of the samples of {sampler.name} tell what this adds: {advice}")
+
+
 def changed(renderer: Any, change: Callable[[np.ndarray], np.ndarray], how: str) -> Changed:
     """What a function makes of a renderer's picture, with the error of that.
 
@@ -86,10 +93,7 @@ def changed(renderer: Any, change: Callable[[np.ndarray], np.ndarray], how: str)
     """
     halves = renderer.film.half_images()
     if halves is None:
-        raise InputError(
-            f"{how}: {renderer.sampler.name} has no two halves of samples that tell what this adds: take the "
-            f"sampler {SAMPLER}, and two samples or more"
-        )
+        raise no_halves(how, renderer.sampler)
     own = renderer.film.own_pixels
     mean = float(own(renderer.image()).mean(dtype=np.float64))
     a, b = (own(half).astype(np.float64) for half in halves)

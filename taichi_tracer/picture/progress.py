@@ -237,8 +237,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
     if not renderer.is_current():
         renderer.begin()
         if renderer.adaptive:
-            progress.pilot = adapt(renderer)
-            renderer.progress = progress
+            renderer.progress = progress = Progress(target, pilot=adapt(renderer))
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, on_kernels = perf_counter(), compiling.seconds_spent()

@@ -72,7 +72,7 @@ class RenderedPicture:
     @property
     def samples(self) -> int:
         """Samples per pixel on the film; with adaptive sampling, the mean over all pixels."""
-        return round(self.film.samples * self.shares.mean)
+        return max(min(self.film.samples, 1), round(self.film.samples * self.shares.mean))
 
     @property
     def canvas(self) -> Any:

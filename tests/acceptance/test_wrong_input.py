@@ -56,6 +56,8 @@ WRONG = [
     ([*CUBE, "--estimator", "mis_one_sample", "--mis-plight", "0", "--mis-pbrdf", "0"], "mis_plight"),
     ([*CUBE, "--exposure", "bright"], "'bright'"),
     ([*CUBE, "--estimator", "mis", "--tone", "flimic"], "did you mean 'filmic'?"),
+    ([*CUBE, "--estimator", "mis", "--clamp", "2", "--spp", "1"], "two samples"),
+    ([*CUBE, "--estimator", "mis", "--clamp", "2", "--sampler", "independent"], "independent"),
     ([*CUBE, "--aov", "depth"], "'depth'"),
     ([*CUBE, "-o", "x.docx"], "x.docx"),
     ([*CUBE, "-o", "no/such/x.png"], "no/such"),

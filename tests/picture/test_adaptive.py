@@ -37,17 +37,17 @@ def test_shares_follow_the_deviation_but_none_is_below_a_quarter_of_the_mean():
 
 
 def test_a_pixel_takes_its_samples_one_after_the_other_at_any_pass(scene):
-    """As ⌊pass · share / WHOLE⌋ says, beyond 2^32 / WHOLE passes, too; the first has the index ``begin``."""
+    """As ⌈pass · share / WHOLE⌉ says, beyond 2^32 / WHOLE passes, too; all take one in the first pass, ``begin``."""
     rng, shares = np.random.default_rng(1), Shares(4, 4, True, begin=7)
     shares.set(rng.integers(1, WHOLE + 1, (4, 4)).astype(np.int32))
     own = shares.to_image()[::-1].T
     for first in (0, WHOLE - 3, 2**20 - 5, 2**31):
         for index in range(first, first + 9):
             found = taken(shares, index)
-            before, after = ((index + k) * own.astype(np.int64) // WHOLE for k in (0, 1))
+            before, after = (-(-(index + k) * own.astype(np.int64) // WHOLE) for k in (0, 1))
             np.testing.assert_array_equal(found[..., 0].astype(np.uint32), 7 + before)
             np.testing.assert_array_equal(found[..., 1], after - before)
-    assert shares.range_of(1, 2, 5, 2**31) == tuple(7 + (k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
+    assert shares.range_of(1, 2, 5, 2**31) == tuple(7 - (-k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
 
 
 def taken(shares, index):
@@ -62,6 +62,13 @@ def take(shares: ti.template(), index: ti.u32, found: ti.types.ndarray(ti.i32, 3
     for x, y in ti.ndrange(4, 4):
         i, is_taken = shares.sample_of(x, y, index)
         found[x, y, 0], found[x, y, 1] = ti.cast(i, ti.i32), ti.cast(is_taken, ti.i32)
+
+
+def test_a_short_picture_has_all_its_pixels_and_the_seconds_of_its_pilot(scene):
+    renderer = tt.A2Renderer(scene, SIZE, SIZE, adaptive=True).use("mis").render(time=1e-6)
+    assert renderer.samples == 1
+    assert (renderer.film.counts() > 0).all()
+    assert renderer.progress.seconds > renderer.progress.pilot.seconds > 0
 
 
 def test_passes_at_once_take_the_same_samples(scene):

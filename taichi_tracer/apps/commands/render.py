@@ -19,7 +19,7 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, encode_png, save_image
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words
 from taichi_tracer.picture.aovs import channel_names, find_aovs
-from taichi_tracer.picture.denoised import SAMPLER, Changed, check_clamp, denoiser
+from taichi_tracer.picture.denoised import SAMPLER, Changed, check_clamp, denoiser, no_halves
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -42,6 +42,7 @@ from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.argument_types import names, number
 from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.system.importing import import_quickly
+from taichi_tracer.system.parts import PARTS
 from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.tones.display import Display, fitting_exposure, share_in_the_dark
 
@@ -360,6 +361,9 @@ def render_of(args: Namespace) -> Request:
         check_clamp(args.clamp)
     if args.denoise or args.clamp is not None:
         settings = replace(settings, sampler=settings.sampler or SAMPLER)
+        sampler = PARTS.find("sampler", settings.sampler)
+        if settings.spp == 1 or not sampler.replicated:
+            raise no_halves("--denoise" if args.denoise else "--clamp", sampler)
     find_aovs(args.aov)
     request = request_of(settings)
     note_unused(request)
