@@ -153,7 +153,7 @@ def scan_on_floor() -> Mesh:
 SPP_PER_CALL = 16
 TARGETS = (0.05, 0.02, 0.01)  # relative RMSE
 SPP = (4, 16, 64, 256, 1024)  # of the points of a curve of Mitsuba's
-MOST_SECONDS, MOST_SPP, LEAST_ERROR = 20, 4096, 1e-6  # a curve of ours ends at the first of these
+MOST_SECONDS, MOST_SPP, LEAST_ERROR = 6, 4096, 1e-6  # a curve of ours ends at the first of these
 FIRST_LOOK, LATER = 0.05, 1.25  # seconds of the first of its points, and times those of the last one
 REFERENCE_SPP, REFERENCE_SEEDS = 512, (1000, 1001)
 Points = list[tuple[float, float]]  # (relative RMSE, seconds of rendering)

@@ -11,8 +11,8 @@ from benchmarks.mitsuba_scenes import MitsubaPicture, path
 from taichi_tracer.progressive import ProgressiveRenderer
 
 SCENE = "cornell_box"
-SIZE, BOUNCES = 512, 5  # of the time per sample
-ERROR_SIZE = 256
+SIZE, BOUNCES = 128, 5  # of the time per sample
+ERROR_SIZE = 64  # Mitsuba renders 1024 samples at once: at 256² that is a minute for each sampler and picture
 SAMPLERS = ("multijitter", "ldsampler")  # of Mitsuba, the best on these scenes
 # Title → (a shipped scene or a mesh, bounces, options of a scene that is a mesh).
 PICTURES: dict[str, Callable[[], tuple]] = {
