@@ -33,12 +33,11 @@ def hand_in(folder: Path, changes: dict[str, list[tuple[str, str]]], around: str
     return path
 
 
-def marks(path: Path, name: str, finds: bool = False) -> dict:
+def marks(path: Path, name: str) -> dict:
     """Part → its mark, of those that are judged, or optional."""
     assignment = catalogue.load(name)
-    with Reference(assignment, 1) as reference:
-        (submitted,) = find(path, assignment.files)
-        found = grade(reference, submitted, GradingSettings("limits", Limits(), finds=finds))
+    (submitted,) = find(path, assignment.files)
+    found = grade(Reference(assignment, 1), submitted, GradingSettings("limits", Limits()))
     assert found.refused == ""
     return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}
 

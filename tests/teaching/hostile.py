@@ -39,8 +39,7 @@ class Attack:
 FORGE = """
 import json, os, struct
 def forged(message):
-    header = json.dumps([message, []]).encode() + b"\\n"
-    return struct.pack("!i", len(header)) + header
+    return json.dumps([message, []]).encode() + b"\\n"
 def to_all(data):
     for descriptor in range(3, 64):
         try:
@@ -256,15 +255,15 @@ ATTACKS = {
     ),
     "garbage on all descriptors": Attack(FORGE, "to_all(b'garbage' * 10)\nreturn a + b", becomes=ANY),
     "forged frames": Attack(
-        FORGE, "to_all(forged({'status': 'ok', 'ticket': 'x'}) * 3)\nreturn a * 0", becomes=LOST + WRONG
+        FORGE, "to_all(forged({'status': 'ok', 'part': 'Sums.subtract'}) * 3)\nreturn a * 0", becomes=LOST + WRONG
     ),
     "a frame of a billion bytes": Attack(
         FORGE,
         """
-            header = json.dumps([{}, ["x"]]).encode() + b"\\n"
+            header = json.dumps([{"part": "Sums.add"}, ["x"]]).encode() + b"\\n"
             array = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,)}"
             header += b"\\x93NUMPY\\x01\\x00" + struct.pack("<H", len(array)) + array
-            to_all(struct.pack("!i", len(header)) + header)
+            to_all(header)
             return a * 0
             """,
     ),

@@ -12,14 +12,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.grading import isolate
 from taichi_tracer.teaching.grading.grade import GradingSettings, Reference, grade
-from taichi_tracer.teaching.grading.isolate import (
-    Limits,
-    SubmissionProcess,
-    WorkerEnded,
-    best_level,
-    pack,
-    unpack,
-)
+from taichi_tracer.teaching.grading.isolate import Limits, best_level, messages, pack, run
 from taichi_tracer.teaching.grading.submissions import find
 
 LIMITS = Limits(cpu=3.0, wall=6.0, resident=2 << 30)
@@ -37,8 +30,7 @@ def reference(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TAICHI_TRACER_CACHE", str(folder / "cache"))
         patch.setenv("TEACHERS_PASSWORD", "x")
-        with Reference(catalogue.load(sums.write_assignment(folder / "sums")), 1) as found:
-            yield found
+        yield Reference(catalogue.load(sums.write_assignment(folder / "sums")), 1)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +49,7 @@ def test_attacks_cost_their_own_part_alone(name, reference, tmp_path):
         code = code.replace("{port}", str(server.getsockname()[1]))
         (handed_in,) = find(sums.zipped(tmp_path / "123456789.zip", {"sums.py": code}), ["sums.py"])
         start = time.monotonic()
-        mark = grade(reference, handed_in, GradingSettings(level, LIMITS, finds=False))
+        mark = grade(reference, handed_in, GradingSettings(level, LIMITS))
         assert "keeps the pipes" not in name or time.monotonic() - start < 35  # it holds the pipes for longer
         with pytest.raises(BlockingIOError):
             server.accept()
@@ -75,32 +67,30 @@ def test_a_process_answers_at_every_level(reference, tmp_path, level):
     if isolate.problem_of(level) is not None:
         pytest.skip(f"this machine has no {level}")
     (tmp_path / "sums.py").write_text(sums.submission(add="print('hello')\nreturn a + b"))
-    request = {"do": "load", "assignment": "assignment/sums", "folder": "submission"}
-    child = SubmissionProcess(level, LIMITS, tmp_path, assignment=reference.assignment.folder)
-    child.ask(request, wall=100)
-    reply, arrays = child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
-    child.end()
+    load = {"part": "", "assignment": "assignment/sums", "submission": "submission"}
+    requests = [(load, {}), ({"part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})]
+    folders = {"submission": tmp_path, "assignment/sums": reference.assignment.folder}
+    (_, (reply, arrays)), printed, _, is_late = run(level, LIMITS, requests, folders)
     assert reply["status"] == "ok"
     np.testing.assert_array_equal(arrays["value"], 2 * np.ones(20))
-    assert child.output.strip() == "hello"
-    assert not os.path.exists(child.given)
+    assert printed.strip() == "hello"
+    assert not is_late
 
 
 def test_an_answer_is_raw_numbers():
     sent = {"a": np.arange(6.0).reshape(2, 3).T, "b": np.array(True), "c": np.zeros((0, 2), np.int8)}
-    facts, found = unpack(pack({"x": 1}, sent))
-    assert facts == {"x": 1}
+    (facts, found), (other, _) = messages(pack({"x": 1}, sent) + pack({"x": 2}, {}) + b"garbage" + pack({"x": 3}, {}))
+    assert (facts, other) == ({"x": 1}, {"x": 2})
     for name, array in sent.items():
         np.testing.assert_array_equal(found[name], array)
-    with pytest.raises(ValueError, match="no numbers"):
-        unpack(pack({}, {"a": np.array(["x"])}))
+    assert not list(messages(pack({}, {"a": np.array(["x"])})))
     with pytest.raises(ValueError, match="Object arrays"):
         pack({}, {"a": np.array([print], object)})
 
 
 def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
     monkeypatch.setenv("PASSWORD", "x")
-    found = isolate.environment("/x")
+    found = isolate.environment("/x", "/x/cache")
     assert not {"PASSWORD", "TAICHI_TRACER_CACHE"} & set(found)
     assert found["HOME"] == "/x"
 
@@ -110,11 +100,10 @@ def test_a_container_has_no_network_and_gets_the_package(tmp_path, monkeypatch):
     (tmp_path / "podman").write_text('#!/bin/sh\necho "$@" >&2\n')
     (tmp_path / "podman").chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    child = SubmissionProcess("container teachers", LIMITS)
-    with pytest.raises(WorkerEnded, match="exit code 0"):
-        child.ask({"do": "hello"})
-    words = child.output.split()
-    assert {"--network", "none", "--read-only", "teachers", f"{isolate.PACKAGE}:/kit/taichi_tracer:ro"} <= set(words)
+    answers, printed, reason, _ = run("container teachers", LIMITS, [], {})
+    assert (answers, reason) == ([], "the process ended (exit code 0)")
+    words = printed.split()
+    assert {"--network", "none", "--read-only", "teachers", f"{isolate.PACKAGE}:{isolate.PACKAGE}:ro"} <= set(words)
     monkeypatch.setenv("PATH", "")
     with pytest.raises(InputError, match="--container needs podman or docker"):
         best_level(image="teachers")

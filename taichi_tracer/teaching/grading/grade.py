@@ -8,28 +8,21 @@ depend on the assignment, the package and the seed alone. They are computed once
 the compiled kernels, of which every submission gets a copy.
 """
 
-import contextlib
 import hashlib
 import math
-import os
-import signal
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import cached_property
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import taichi_tracer
-from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, checking, running
 from taichi_tracer.teaching.base import (
     CRASHED,
     DIGITS,
@@ -50,12 +43,7 @@ from taichi_tracer.teaching.base import (
     parted,
 )
 from taichi_tracer.teaching.grading import submissions
-from taichi_tracer.teaching.grading.isolate import (
-    SECONDS_TO_LOAD,
-    Limits,
-    SubmissionProcess,
-    WorkerEnded,
-)
+from taichi_tracer.teaching.grading.isolate import Limits, run
 from taichi_tracer.teaching.grading.submissions import RefusedError, Submission
 from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK, OPTIONAL_TEXT
 
@@ -125,11 +113,14 @@ def to_json(value: Any) -> Any:
     return value
 
 
-# ── the solution's answers ──
+# ── answers ──
 
 
-class Reference(contextlib.AbstractContextManager):
-    """The right answers for one class. Several threads may ask it.
+OF_THE_SOLUTION = Limits(600.0, 600.0, address_space=1 << 46, resident=1 << 46, file=1 << 40, files=4096)
+
+
+class Reference:
+    """What is asked of one class, and the right answers.
 
     Args:
         assignment: what is graded. seed: decides the inputs.
@@ -143,12 +134,9 @@ class Reference(contextlib.AbstractContextManager):
         self.assignment, self.seed = assignment, seed
         self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
         self.kernels = self.folder / "cache"
+        self.kernels.mkdir(parents=True, exist_ok=True)
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
-        self.solution = process_of_solution(self.kernels)
         self.stopped = threading.Event()
-
-    def __exit__(self, *_error) -> None:
-        self.solution.shutdown()
 
     @cached_property
     def expected(self) -> dict[str, Arrays]:
@@ -160,49 +148,60 @@ class Reference(contextlib.AbstractContextManager):
         path = self.folder / f"expected-{self.seed}.npz"
         found = parted(arrays_in(path) or {})
         if found.keys() != self.inputs.keys():
-            self.kernels.mkdir(parents=True, exist_ok=True)
-            try:
-                with process_of_solution(self.kernels) as solution:  # whose kernels are written when it ends
-                    found = solution.submit(answers_of_solution, self.assignment.folder, self.seed).result()
-            except BrokenExecutor:
-                raise InputError(f"assignment {self.assignment.name}: the solution ends its process") from None
+            answers, printed = self.ask([({"part": name}, inputs) for name, inputs in self.inputs.items()])
+            for name, (reply, _) in zip(self.inputs, answers, strict=True):
+                if reply["status"] != OK:
+                    message = f"the solution of {name} fails: {reply['message']} {printed[-300:]}"
+                    raise InputError(f"assignment {self.assignment.name}: {' '.join(message.split())}")
+            found = {name: arrays for name, (_, arrays) in zip(self.inputs, answers, strict=True)}
             keep_arrays(path, joined(found))
         return found
 
-    def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
-        """What is probably wrong with the answers to a part; see ``PartResult.findings``."""
-        asked = self.assignment.folder, part.name, self.seed, answers, self.expected[part.name]
-        try:
-            return tuple(self.solution.submit(findings_on, *asked).result())
-        except BrokenExecutor:  # the marks do not depend on it
-            return ()
+    def ask(
+        self,
+        requests: Sequence[tuple[dict, Arrays]],
+        level: str = "limits",
+        limits: Limits = OF_THE_SOLUTION,
+        submission: Path | None = None,
+    ) -> tuple[list[tuple[dict, Arrays]], str]:
+        """(answers, prints) of processes with a submission, or with the solution; see ``worker``.
 
+        If a process ends although it has answered other requests, one of these may be to blame. Then it is asked once
+        more, in a new process; but not if it was only slow.
+        """
+        folder = self.assignment.folder
+        load = {"part": "", "assignment": str(folder), "submission": ""}
+        folders, kernels = {}, self.kernels
+        if submission is not None:
+            load |= {"assignment": f"assignment/{folder.name}", "submission": "submission"}
+            folders, kernels = {"submission": submission, "cache": self.kernels, load["assignment"]: folder}, None
+        found, printed = [], ""
+        while len(found) < len(requests):
+            asked = [(load, {}), *requests[len(found) :]]
+            answers, prints, reason, is_late = run(level, limits, asked, folders, self.stopped, kernels)
+            found += answers[1:]
+            printed += clean(prints, LONGEST_PRINT - len(printed), lines=True)
+            failed = {"status": OUT_OF_TIME if is_late else CRASHED, "message": reason}
+            if not answers:
+                failed["message"] = f"loading the files: {reason}"
+                found += [(failed, {})] * (len(requests) - len(found))
+            elif len(found) < len(requests) and (is_late or len(answers) == 1):
+                found.append((failed, {}))
+        return found, printed
 
-def process_of_solution(kernels: Path) -> ProcessPoolExecutor:
-    """The process of the solution, which starts when it is first asked."""
-    return ProcessPoolExecutor(1, get_context("spawn"), start_solution, (str(kernels),))
-
-
-def start_solution(kernels: str) -> None:
-    """Start Taichi in the solution's process, which keeps its compiled kernels in a folder."""
-    from taichi_tracer.teaching.grading import worker  # here, because Windows has no ``resource``
-
-    worker.take_limits({})
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the grader
-    os.environ["TI_OFFLINE_CACHE_FILE_PATH"] = kernels
-    runtime.init(arch="cpu", threads=1)
-
-
-def answers_of_solution(folder: Path, seed: int) -> dict[str, Arrays]:
-    """Part → what the solution answers, in its process."""
-    assignment = catalogue.load(folder)
-    return {part.name: running.expected(assignment, part, assignment.inputs(part, seed)) for part in assignment.parts}
-
-
-def findings_on(folder: Path, name: str, seed: int, answers: Arrays, expected: Arrays) -> list[dict]:
-    """What is probably wrong with the answers to the part of this name; see ``checking.find``."""
-    assignment = catalogue.load(folder)
-    return checking.find(assignment, assignment.part(name), seed, answers, expected)
+    def explained(self, marks: Sequence[Mark]) -> list[Mark]:
+        """Marks with what is probably wrong in place of answers that are wrong."""
+        requests = []
+        for part in (part for mark in marks for part in mark.parts if part.arrays):
+            arrays = joined({"answers": part.arrays, "expected": self.expected[part.name]})
+            requests.append(({"part": part.name, "seed": self.seed}, arrays))
+        answers, _ = self.ask(requests)
+        findings = iter(reply.get("findings", ()) for reply, _ in answers)
+        explained = []
+        for mark in marks:
+            parts = (replace(p, arrays={}, findings=tuple(next(findings))) if p.arrays else p for p in mark.parts)
+            explained.append(replace(mark, parts=tuple(parts)))
+        return explained
 
 
 def fingerprint(assignment: Assignment) -> str:
@@ -227,14 +226,12 @@ class GradingSettings:
     Attributes:
         level: the isolation of each submission. limits: what each may use.
         seed: decides the inputs. jobs: how many submissions are graded at the same time.
-        finds: whether wrong answers are explained.
     """
 
     level: str
     limits: Limits = Limits()
     seed: int = 1
     jobs: int = 1
-    finds: bool = True
 
 
 # ── a class ──
@@ -251,8 +248,9 @@ def grade_class(
     Args:
         watch: a function that is called with each mark as soon as it is known, in this thread.
     """
-    with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
-        reference.expected  # noqa: B018 (computed before the threads ask for it)
+    reference = Reference(assignment, settings.seed)
+    reference.expected  # noqa: B018 (computed before the threads ask for it)
+    with ThreadPoolExecutor(settings.jobs) as pool:
         marks = [pool.submit(grade, reference, one, settings) for one in found]
         try:
             for mark in as_completed(marks):
@@ -262,14 +260,14 @@ def grade_class(
             reference.stopped.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return [mark.result() for mark in marks]
+    return reference.explained([mark.result() for mark in marks])
 
 
 # ── one submission ──
 
 
 def grade(reference: Reference, submitted: Submission, settings: GradingSettings) -> Mark:
-    """The mark of one submission."""
+    """The mark of one submission; the results of wrong methods have their answers, see ``Reference.explained``."""
     assignment = reference.assignment
     with tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True) as work:
         try:
@@ -278,118 +276,58 @@ def grade(reference: Reference, submitted: Submission, settings: GradingSettings
             facts = [(p.name, p.topic, 0.0 if p.is_optional else p.points) for p in assignment.parts]
             parts = [PartResult(MISSING, 0.0, "nothing was unpacked", name=n, topic=t, points=p) for n, t, p in facts]
             return Mark(submitted.key, submitted.student, tuple(parts), clean(error))
-        with Runner(reference, folder, settings) as runner:
-            marks = {p.name: runner.mark(p) for p in sorted(assignment.parts, key=lambda p: p.replaces != "")}
-            parts = [runner.regrade_picture(part, marks) for part in assignment.parts]
-        return Mark(submitted.key, submitted.student, tuple(parts), "", tuple(notes), runner.printed)
+        process = {"level": settings.level, "limits": settings.limits, "submission": folder}
+        asked = sorted(assignment.parts, key=lambda part: part.replaces != "")  # pictures first
+        answers, printed = reference.ask([({"part": p.name}, reference.inputs[p.name]) for p in asked], **process)
+        marks = {part.name: mark_of(reference, part, *answer) for part, answer in zip(asked, answers, strict=True)}
+        methods = [marks[part.name] for part in asked if part.replaces and not part.is_optional]
+        mended = [one.name for one in methods if one.status == WRONG]
+        again = [part for part in asked if not part.replaces and marks[part.name].status == WRONG and mended]
+        requests = [({"part": p.name, "mended": mended}, reference.inputs[p.name]) for p in again]
+        for part, (reply, arrays) in zip(again, reference.ask(requests, **process)[0], strict=True):
+            if reply.get("status") == OK:
+                marks[part.name] = regraded(reference, part, marks[part.name], arrays, methods)
+    parts = [marks[part.name] for part in assignment.parts]
+    return Mark(submitted.key, submitted.student, tuple(parts), "", tuple(notes), printed)
 
 
-class Runner(contextlib.AbstractContextManager):
-    """Asks a submission's process for one part after the other, and starts it anew where a part has ended it."""
+def mark_of(reference: Reference, part: Part, reply: dict, answers: Arrays) -> PartResult:
+    """The mark of one part."""
+    status, seconds = reply.get("status"), reply.get("seconds")
+    blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
+    blank = replace(blank, seconds=seconds if isinstance(seconds, float) else 0.0)
+    if status == NOT_ASKED:
+        message = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
+        return replace(blank, points=0.0, status=MISSING, message=message)
+    if status != OK:
+        status = status if status in (NOT_WRITTEN, MISSING, OUT_OF_TIME) else CRASHED
+        message = clean(reply.get("message") or "the process did not say what went wrong")
+        return replace(blank, status=status, message=message)
+    if reply.get("only_means") and isinstance(part.judge, Samples):
+        part = replace(part, judge=replace(part.judge, only_means=True))
+    verdict = judged(part, reference.inputs[part.name], answers, reference.expected[part.name])
+    pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
+    share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
+    facts = {"status": verdict.status, "message": clean(verdict.message), "pictures": pictures}
+    kept = answers if part.replaces and verdict.status != RIGHT else {}
+    return replace(blank, share=share, first_wrong=to_json(verdict.first_wrong), arrays=kept, **facts)
 
-    def __init__(self, reference: Reference, folder: Path, settings: GradingSettings) -> None:
-        self.reference, self.folder, self.settings = reference, folder, settings
-        self.printed = ""
-        self._child: SubmissionProcess | None = None
-        self._bad: WorkerEnded | None = None  # why the files cannot be loaded
 
-    def __exit__(self, *_error) -> None:
-        self._end()
+def regraded(
+    reference: Reference, part: Part, mark: PartResult, answers: Arrays, methods: Sequence[PartResult]
+) -> PartResult:
+    """The mark of a wrong picture. A method that is wrong must not cost its points in every picture.
 
-    def mark(self, part: Part) -> PartResult:
-        """The mark of one part."""
-        start = time.perf_counter()
-        expected = self.reference.expected[part.name]
-        blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
-        try:
-            reply, answers = self._ask(part)
-        except WorkerEnded as error:
-            status = OUT_OF_TIME if error.is_late else CRASHED
-            return replace(blank, status=status, message=clean(error.reason), seconds=time.perf_counter() - start)
-        seconds = time.perf_counter() - start
-        status = reply.get("status")
-        if status == NOT_ASKED:
-            message = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
-            return replace(blank, points=0.0, status=MISSING, message=message)
-        if status != OK:
-            status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
-            message = clean(reply.get("message") or "the process did not say what went wrong")
-            return replace(blank, status=status, message=message, seconds=seconds)
-        if reply.get("only_means") and isinstance(part.judge, Samples):
-            part = replace(part, judge=replace(part.judge, only_means=True))
-        verdict = judged(part, self.reference.inputs[part.name], answers, expected)
-        pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
-        is_wanted = self.settings.finds and not self.reference.stopped.is_set()
-        is_explained = is_wanted and verdict.status != RIGHT and part.replaces
-        findings = self.reference.find(part, answers) if is_explained else ()
-        facts = {"first_wrong": to_json(verdict.first_wrong), "findings": tuple(to_json(findings))}
-        facts |= {"pictures": pictures, "seconds": seconds}
-        share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
-        return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
-
-    def regrade_picture(self, part: Part, marks: Mapping[str, PartResult]) -> PartResult:
-        """The mark of a part, among those of all. A method that is wrong must not cost its points in every picture.
-
-        The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
-        multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
-        """
-        mark = marks[part.name]
-        tested = [one for one in self.reference.assignment.parts if one.replaces and not one.is_optional]
-        methods = [marks[one.name] for one in tested]
-        wrong = [other.name for other in methods if other.status == WRONG]
-        if part.replaces or mark.status != WRONG or not wrong:
-            return mark
-        try:
-            _, answers = self._ask(part, wrong)
-        except WorkerEnded:
-            return mark
-        verdict = judged(part, self.reference.inputs[part.name], answers, self.reference.expected[part.name])
-        points = sum(other.points for other in methods)
-        share = verdict.share * sum(other.points * other.share for other in methods) / points if points else 0.0
-        if not share > mark.share:
-            return mark
-        message = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
-        return replace(mark, share=share, message=clean(message))
-
-    def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
-        """The answer of the submission's process to one part.
-
-        If the process ends although it has answered other parts, one of these may be to blame. Then the part is asked
-        for once more, in a new process; but not if it was only slow.
-        """
-        request = {"do": "run", "part": part.name, "mended": list(mended)}
-        while True:
-            is_first = self._child is None
-            child = self._child or self._start()
-            try:
-                return child.ask(request, self.reference.inputs[part.name])
-            except WorkerEnded as error:
-                self._end()
-                if is_first or error.is_late or self.reference.stopped.is_set():
-                    raise
-
-    def _start(self) -> SubmissionProcess:
-        """Start a process, and let it load the files of the submission."""
-        if self._bad is not None:
-            raise self._bad
-        given, reference = self.reference.assignment.folder, self.reference
-        self._child = SubmissionProcess(
-            self.settings.level, self.settings.limits, self.folder, reference.kernels, given, reference.stopped
-        )
-        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
-        try:
-            self._child.ask(request, wall=SECONDS_TO_LOAD)
-        except WorkerEnded as error:
-            self._bad = WorkerEnded(f"loading the files: {error.reason}", error.is_late)
-            self._end()
-            raise self._bad from None
-        return self._child
-
-    def _end(self) -> None:
-        if self._child is not None:
-            self._child.end()
-            self.printed += clean(self._child.output, LONGEST_PRINT - len(self.printed), lines=True)
-            self._child = None
+    The picture was made once more with the solution's methods in place of the wrong ones. What is right then counts,
+    multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
+    """
+    verdict = judged(part, reference.inputs[part.name], answers, reference.expected[part.name])
+    points, wrong = sum(one.points for one in methods), [one.name for one in methods if one.status == WRONG]
+    share = verdict.share * sum(one.points * one.share for one in methods) / points if points else 0.0
+    if not share > mark.share:
+        return mark
+    message = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
+    return replace(mark, share=share, message=clean(message))
 
 
 def judged(part: Part, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
