@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, PartResult
 
 DIGITS = 4  # of points that are handed on
 WIDTH = 78  # columns of the line of a part in a terminal
@@ -72,8 +72,6 @@ def box(result: PartResult) -> str:
     head = f"{coloured(result.status, html.escape(result.status))} <code>{html.escape(result.name)}</code>"
     topic = f", {result.topic}" * bool(result.topic)
     facts = f"{result.points * result.share:.3g} of {result.points:g} points{topic}"
-    if result.status == CRASHED and not result.message:
-        return f"<p>{head}, {html.escape(facts)}: for the same reason</p>"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if result.status == RIGHT:
         return "".join(lines) + "</div>"

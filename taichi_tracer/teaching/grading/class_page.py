@@ -4,7 +4,6 @@ import html
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from string import Template
 
@@ -13,8 +12,9 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import html_boxes
-from taichi_tracer.teaching.base import CRASHED, RIGHT, STATUSES, Assignment
+from taichi_tracer.teaching.base import STATUSES, Assignment
 from taichi_tracer.teaching.grading.grade import GradingSettings, Mark, most_points
+from taichi_tracer.teaching.html_boxes import Report
 
 BINS = 10  # of the distribution
 STYLE = """
@@ -28,11 +28,6 @@ CLASS = Template("""
 <h2>Most frequent mistakes</h2> $mistakes
 <h2>Students</h2> <div class='students'>$students</div>
 <p class='note'>$settings</p>
-""")
-STUDENT = Template("""
-<p><strong>$sums</strong></p> $refused
-<ul>$notes</ul> $overview $parts
-$printed
 """)
 
 
@@ -54,31 +49,9 @@ def write(folder: Path, assignment: Assignment, marks: Sequence[Mark], settings:
 
 def student_page(assignment: Assignment, mark: Mark) -> str:
     """The page that a student may read: each part, what is wrong, and what it may come from."""
-    first = {part.message: part for part in reversed(mark.parts) if part.status == CRASHED}
-    parts = []
-    for part in (part for part in mark.parts if part.status != RIGHT):
-        message = part.message if first.get(part.message, part) is part else ""  # a reason is given once
-        parts.append(html_boxes.box(replace(part, message=message)))
-    overview = [
-        {
-            "part": html.escape(part.name),
-            "status": html_boxes.coloured(part.status, html.escape(part.status)),
-            "points": f"{part.earned:g} of {part.points:g}",
-            "topic": html.escape(part.topic),
-            "seconds": f"{part.seconds:.1f}",
-        }
-        for part in mark.parts
-    ]
-    refused, printed = html.escape(mark.refused), html.escape(mark.printed.strip())
-    text = STUDENT.substitute(
-        sums=f"{mark.score:g} of {mark.points:g} points; {mark.right} of {len(mark.parts)} parts are right",
-        refused=f"<p class='wrong'>This submission was not unpacked: {refused}</p>" if refused else "",
-        notes="".join(f"<li>{html.escape(note)}</li>" for note in mark.notes),
-        overview=page.cards(overview, list(overview[0])),
-        parts="".join(parts),
-        printed=f"<h2>What it printed</h2><pre>{printed}</pre>" if printed else "",
-    )
-    return html_boxes.whole(f"{assignment.title}: {mark.student}", [text])
+    report = Report(f"{assignment.title}: {mark.student}", list(mark.parts))
+    remarks = html.escape("\n".join(mark.remarks))
+    return html_boxes.whole(report.title, [f"<pre>{remarks}</pre>" if remarks else "", *report.body()])
 
 
 # ── the class ──

@@ -91,6 +91,12 @@ class Mark:
         """How many parts are right."""
         return sum(part.status == RIGHT for part in self.parts)
 
+    @property
+    def remarks(self) -> list[str]:
+        """What is unusual about the files, and what was printed, for the student."""
+        refused = [f"This submission was not unpacked: {self.refused}"] * bool(self.refused)
+        return [*refused, *self.notes, *[f"What it printed:\n{self.printed}"] * bool(self.printed.strip())]
+
     def facts(self) -> dict:
         """The mark for JSON, with its sums."""
         parts = [{name: getattr(part, name) for name in (*OF_A_PART, "earned")} for part in self.parts]

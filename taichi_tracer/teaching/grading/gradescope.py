@@ -66,10 +66,7 @@ fi
 def results(mark: Mark) -> dict:
     """The mark of one submission in the form of Gradescope's results.json. Gradescope itself takes off what is late."""
     tests = [test(number, part) for number, part in enumerate(mark.parts, start=1)]
-    output = [f"This submission was not unpacked: {mark.refused}"] if mark.refused else []
-    output += mark.notes
-    output += [f"What the submission printed:\n{mark.printed}"] if mark.printed.strip() else []
-    facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(output)}
+    facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(mark.remarks)}
     return to_json({**facts, **SCHEMA, "tests": tests})
 
 

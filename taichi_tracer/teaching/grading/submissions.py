@@ -8,7 +8,6 @@ around the files, and missing files are normal.
 
 import io
 import re
-import unicodedata
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -20,10 +19,12 @@ from taichi_tracer.system.errors import InputError, MissingFileError
 
 MOST_ENTRIES = 400  # an assignment has about ten files
 MOST_BYTES = 20 << 20  # unpacked
-LONGEST_NAME = 200  # characters of a path
+LONGEST_NAME = 200  # characters of a path that are shown
 IGNORED = ("__MACOSX", "__pycache__", ".git", ".ipynb_checkpoints", ".idea", ".vscode", ".venv")
 IGNORED_FILES = (".DS_Store", "Thumbs.db", "desktop.ini")
-Entry = tuple[str, int, Callable[[], bytes]]  # the path of a file, its bytes when unpacked, and what reads them
+Entry = tuple[
+    PurePosixPath, int, Callable[[], bytes]
+]  # path of a file, its unpacked bytes, what reads them
 ID = re.compile(r"(?<!\d)\d{9}(?!\d)")  # a student's number
 
 
@@ -59,22 +60,16 @@ def find(path: Path, files: Sequence[str]) -> list[Submission]:
     if path.is_file():
         return [submission(path)]
     entries = [p for p in sorted(path.iterdir()) if not is_ignored(PurePosixPath(p.name)) and not p.is_symlink()]
-    wanted = {file.casefold() for file in files}
-    zips = [p for p in entries if p.suffix.casefold() == ".zip"]
-    if not zips and (any(p.name.casefold() in wanted for p in entries) or is_one_deeper(entries, wanted)):
+    folders, zips = [p for p in entries if p.is_dir()], [p for p in entries if p.suffix.casefold() == ".zip"]
+    wanted, places = {file.casefold() for file in files}, [path]
+    if len(folders) == 1 and not ID.search(folders[0].name):  # a folder around the files
+        places += folders
+    if not zips and any(file.name.casefold() in wanted for place in places for file in place.iterdir()):
         return [submission(path)]
-    found = [p for p in entries if p.is_dir() or p in zips]
+    found = [p for p in entries if p in folders or p in zips]
     if not found:
         raise InputError(f"{path}: neither zip files, nor folders of students, nor any of {', '.join(files)} are in it")
     return [submission(p) for p in found]
-
-
-def is_one_deeper(entries: list[Path], wanted: set[str]) -> bool:
-    """Whether the only folder in a folder is not named as a student is, and has the files."""
-    folders = [p for p in entries if p.is_dir()]
-    if len(folders) != 1 or ID.search(folders[0].name):
-        return False
-    return any(p.name.casefold() in wanted for p in folders[0].iterdir())
 
 
 def submission(path: Path) -> Submission:
@@ -104,19 +99,18 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> tuple[P
         RefusedError: the submission is not as it may be. What was written until then stays in ``target``.
     """
     target.mkdir(parents=True)
-    entries = entries_of_folder if submitted.path.is_dir() else entries_of_zip
     try:
-        found = [(place_of(name), size, read) for name, size, read in entries(submitted.path)]
-        found = [entry for entry in found if not is_ignored(entry[0])]
+        found = [entry for entry in entries_of(submitted.path) if not is_ignored(entry[0])]
         if len(found) > MOST_ENTRIES:
             raise RefusedError(f"it has more than {MOST_ENTRIES} files")
         if sum(size for _, size, _ in found) > MOST_BYTES:
             raise RefusedError(f"its files have more than {MOST_BYTES >> 20} MB")
         for place, _, read in found:
+            if place.is_absolute() or ".." in place.parts or not str(place).isprintable():
+                raise RefusedError(f"the name {shown(place)} leads out of the folder, or cannot be printed")
             path = target / place
             path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("xb") as file:
-                file.write(read())
+            path.write_bytes(read())
     except RefusedError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OSError) as error:
@@ -124,37 +118,22 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> tuple[P
     return look_at(target, files)
 
 
-def place_of(name: str) -> PurePosixPath:
-    """The path of an entry below the target; a RefusedError if it is none."""
-    plain = unicodedata.normalize("NFC", name.replace("\\", "/"))
-    path = PurePosixPath(plain)
-    if len(plain) > LONGEST_NAME or not plain.isprintable():
-        raise RefusedError(f"the name {shown(name)} is too long, or has characters that cannot be printed")
-    if plain.startswith("/") or re.match("[A-Za-z]:", plain):
-        raise RefusedError(f"{shown(name)} is an absolute path")
-    if ".." in path.parts:
-        raise RefusedError(f"{shown(name)} leads out of the folder")
-    return path
-
-
-def entries_of_zip(path: Path) -> list[Entry]:
-    """The files in a zip file."""
+def entries_of(path: Path) -> list[Entry]:
+    """The files in a folder or a zip file."""
+    if path.is_dir():
+        files = [file for file in sorted(path.rglob("*")) if file.is_symlink() or not file.is_dir()]
+        places = [PurePosixPath(file.relative_to(path).as_posix()) for file in files]
+        return [(place, f.lstat().st_size, partial(content_of, f)) for place, f in zip(places, files, strict=True)]
     archive = zipfile.ZipFile(io.BytesIO(path.read_bytes()))
-    files = [entry for entry in archive.infolist() if not entry.filename.endswith(("/", "\\"))]
-    return [(file.filename, file.file_size, partial(archive.read, file)) for file in files]
+    packed = [one for one in archive.infolist() if not one.filename.endswith(("/", "\\"))]
+    return [(PurePosixPath(p.filename.replace("\\", "/")), p.file_size, partial(archive.read, p)) for p in packed]
 
 
-def entries_of_folder(folder: Path) -> list[Entry]:
-    """The files in a folder; a RefusedError if one is a link or a device."""
-    entries: list[Entry] = []
-    for file in sorted(folder.rglob("*")):
-        name = file.relative_to(folder)
-        if is_ignored(name) or (file.is_dir() and not file.is_symlink()):
-            continue
-        if file.is_symlink() or not file.is_file():
-            raise RefusedError(f"{shown(name)} is a link or a device")
-        entries.append((name.as_posix(), file.stat().st_size, file.read_bytes))
-    return entries
+def content_of(file: Path) -> bytes:
+    """What is in a file of a folder; a RefusedError if it is a link or a device."""
+    if file.is_symlink() or not file.is_file():
+        raise RefusedError(f"{shown(file.name)} is a link or a device")
+    return file.read_bytes()
 
 
 def shown(name: object) -> str:
