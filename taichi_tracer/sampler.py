@@ -36,14 +36,12 @@ class Sampler:
             independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
         doubles: whether all samples belong to one sequence. Then the change of the picture when the number of samples
             doubles shows the error.
-        is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
-            the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
         shares_terms: whether the pair of ``next_2d_of_term`` has the dimension of the next ``next_2d``. ``get_2d`` then
             gets the number of the term, counted from 1, in the bits of ``dimension`` from TERM_BIT on.
         width, height: the size of the picture in pixels; the renderer sets it.
     """
 
-    kind, name, replicated, doubles, is_net, shares_terms = "sampler", "", False, False, False, False
+    kind, name, replicated, doubles, shares_terms = "sampler", "", False, False, False
     required = ("get_2d",)
     width, height = 1, 1
 

@@ -144,26 +144,6 @@ def check_dimensions_advance(sampler):
     assert (found[:, :2] == expected).all(), f"{sampler.name}: next_2d differs from next_2d of the same key"
 
 
-def check_net(sampler):
-    """Where it is promised: of the first 2^m samples of a sequence, one lies in each box of volume 2^−m."""
-    if not sampler.is_net:
-        return
-    step = 2 if sampler.replicated else 1
-    for x, y in ((0, 0), (77, 31)):
-        found = numbers(sampler, keys_of_samples(x, y, 256 * step)).astype(np.float64)
-        for replica in range(step):
-            points = found[replica::step]
-            for bits in (2, 5, 8):
-                for k in range(bits + 1):
-                    cells = np.floor(points[: 1 << bits] * [1 << k, 1 << bits - k]).astype(int)
-                    boxes = np.sort(cells[..., 0] * (1 << bits - k) + cells[..., 1], axis=0)
-                    missed = (boxes != np.arange(1 << bits)[:, None]).any(axis=0)
-                    assert not missed.any(), (
-                        f"{sampler.name}: the first {1 << bits} samples of pixel ({x}, {y}) are no net in dimension "
-                        f"{missed.argmax()}, boxes of 1/{1 << k} by 1/{1 << bits - k}"
-                    )
-
-
 def check_two_dimensions_fill_the_square(sampler):
     """The samples of one pixel fill the square of any two dimensions: no line, and no grid of few points."""
     columns = numbers(sampler, keys_of_samples(5, 3, PAIRED), SQUARES).reshape(PAIRED, -1)
@@ -180,7 +160,6 @@ def check_two_dimensions_fill_the_square(sampler):
 STEPS = (
     check_same_numbers_for_the_same_key,
     check_dimensions_advance,
-    check_net,
     check_pixels_are_independent,
     check_numbers_are_uniform,
     check_dimensions_are_independent,

@@ -63,7 +63,7 @@ def checks_of_integrator(integrator: Any) -> list[Callable]:
     """Those of a view; finite samples of any other; and the means of an estimator of light, which needs some."""
     checks = [views.check_view if integrator.what == "view" else integrators.check_samples_are_finite]
     if integrator.what == "estimator" and integrator.srgb and integrator.needs_light:
-        checks += [integrators.check_constant_light, integrators.check_sky_sun_and_emission]
+        checks.append(integrators.check_sky_sun_and_emission)
     return checks
 
 

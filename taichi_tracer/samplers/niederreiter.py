@@ -26,7 +26,7 @@ class NiederreiterSampler(PointSampler):
     see ``error_estimate``. Every pair of dimensions is a (0, m, 2)-net in base 2.
     """
 
-    name, doubles, is_net, shares_terms = "niederreiter", True, True, True
+    name, doubles, shares_terms = "niederreiter", True, True
 
     @ti.func
     def place_of(self, index):

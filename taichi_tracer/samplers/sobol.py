@@ -19,7 +19,7 @@ class SobolSampler(PointSampler):
     fast as n^(−3/2) if the integrand is smooth. It is hardly ever larger than that of independent numbers.
     """
 
-    name, replicated, is_net = "sobol", True, True
+    name, replicated = "sobol", True
 
     @ti.func
     def point(self, seed, pixel, index, dimension):

@@ -21,7 +21,6 @@ ALIKE = ("uniform", "hemisphere", "brdf", "environment", "mis_balance", "mis_one
 
 @every("integrator", takes_samples_of_light, ALIKE)
 def test_estimator(part):
-    integrators.check_constant_light(part)
     integrators.check_sky_sun_and_emission(part)
 
 

@@ -22,9 +22,7 @@ MOST_BYTES = 20 << 20  # unpacked
 LONGEST_NAME = 200  # characters of a path that are shown
 IGNORED = ("__MACOSX", "__pycache__", ".git", ".ipynb_checkpoints", ".idea", ".vscode", ".venv")
 IGNORED_FILES = (".DS_Store", "Thumbs.db", "desktop.ini")
-Entry = tuple[
-    PurePosixPath, int, Callable[[], bytes]
-]  # path of a file, its unpacked bytes, what reads them
+Entry = tuple[PurePosixPath, int, Callable[[], bytes]]  # path of a file, its unpacked bytes, what reads them
 ID = re.compile(r"(?<!\d)\d{9}(?!\d)")  # a student's number
 
 
