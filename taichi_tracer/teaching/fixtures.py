@@ -1,8 +1,5 @@
 """What the parts of assignments are run with: cameras, geometries and hits without a scene, so that little is compiled.
 
-A stand-in is made once, by the package's own class. For every class under test it is copied, and the copy gets that
-class: the fields are shared, and only the tested methods are compiled.
-
 A part gives a student's method, or a ``ti.func`` of its own that calls this method, to ``rows``. If the answers are
 random, it gives it to ``samples``, which calls it many times for each row. So no part needs a kernel of its own.
 """
@@ -50,7 +47,7 @@ def rows(
     Returns:
         Name → (n,) or (n, width) array.
     """
-    found = call_on_rows(function, inputs, names, answers, 1, numbers, None)
+    found = samples(function, inputs, names, answers, 1, numbers, None)
     return {name: np.ascontiguousarray(array[:, 0]) for name, array in found.items()}
 
 
@@ -61,29 +58,18 @@ def samples(
     answers: Mapping[str, int],
     count: int,
     numbers: range = range(0),
+    begins: Callable | None = begin,
 ) -> Arrays:
     """What a function that draws random numbers returns, ``count`` times for every row; see ``rows``.
 
     Args:
         numbers: the numbers of the rows, for a function without arguments. Rows with different numbers have different
             random numbers.
+        begins: is called before each call.
 
     Returns:
         Name → (n, count) or (n, count, width) array.
     """
-    return call_on_rows(function, inputs, names, answers, count, numbers, begin)
-
-
-def call_on_rows(
-    function: Callable,
-    inputs: Arrays,
-    names: Sequence[str],
-    answers: Mapping[str, int],
-    count: int,
-    numbers: range,
-    begins: Callable | None,
-) -> Arrays:
-    """What a function returns, ``count`` times for every row; ``begins`` is called before each call."""
     given = [inputs[name] for name in names]
     sizes = [a.shape[1] if a.ndim > 1 else 1 for a in given]
     widths = [size if a.dtype.kind == "f" else -size for a, size in zip(given, sizes, strict=True)]
@@ -95,23 +81,6 @@ def call_on_rows(
 
 
 # ── cameras, geometries, hits ──
-
-
-def camera(cls: type, width: int, height: int, kind: type = tt.Camera, **view: Any) -> Any:
-    """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
-
-    It is made anew if the class has a constructor of its own.
-
-    Args:
-        view: eye, at, up and fov.
-    """
-    size = np.array([width, height])
-    if cls.__init__ is not kind.__init__:  # type: ignore[misc]
-        return cls(*size.tolist(), **view)
-    original = cached(kind.__name__, lambda size: kind(*size.tolist()), size)
-    if view:
-        original.set_camera_parameters(**view)
-    return bare(cls, **vars(original))
 
 
 _KEPT: dict[str, tuple[tuple, Any]] = {}
@@ -151,11 +120,7 @@ def make_triangles(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray,
 
 def intersector(cls: type, inputs: Arrays) -> Any:
     """An intersector of the class under test, for the triangles of the inputs."""
-    original = tt.RayIntersector.__new__(cls)
-    original.geometry = geometry(inputs)
-    if cls.__init__ is not tt.RayIntersector.__init__:
-        return cls(original.geometry)
-    return original
+    return cls(geometry(inputs))
 
 
 def bare(cls: type, **attributes: Any) -> Any:
@@ -331,7 +296,7 @@ def run_eye_rays(make: Callable[[type, Arrays], Any]) -> Callable[[type, Arrays]
 def camera_of(cls: type, inputs: Arrays) -> Any:
     """The camera of the class under test whose size, and perhaps view, are among the inputs."""
     view = view_of(inputs) if "eye" in inputs else {}
-    return camera(cls, inputs["width"], inputs["height"], **view)
+    return cls(int(inputs["width"]), int(inputs["height"]), **view)
 
 
 def front_view(rng: np.random.Generator) -> Arrays:

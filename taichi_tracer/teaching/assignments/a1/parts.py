@@ -43,7 +43,7 @@ def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
     coords = np.zeros((len(inputs["ndc"]), 4), np.float32)
     for fov in np.unique(inputs["fov"]):
         chosen = inputs["fov"] == fov
-        camera = fixtures.camera(camera_class, inputs["width"], inputs["height"], fov=float(fov))
+        camera = camera_class(int(inputs["width"]), int(inputs["height"]), fov=float(fov))
         found = rows(camera.generate_camera_coords, {"ndc": inputs["ndc"][chosen]}, ["ndc"], {"coords": 4})
         coords[chosen] = found["coords"]
     return {"camera_coords": coords}

@@ -35,7 +35,7 @@ def ndc(camera: ti.template(), jitter: ti.template(), pixel):
 
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The centre of each pixel, and random points of it, in widths and heights of a pixel from its centre."""
-    camera = fixtures.camera(camera_class, inputs["width"], inputs["height"])
+    camera = fixtures.camera_of(camera_class, inputs)
     found = samples(bound(ndc, camera, False), inputs, ["pixel"], {"centre": 2}, 1)["centre"][:, 0]
     points = samples(bound(ndc, camera, True), inputs, ["pixel"], {"point": 2}, SAMPLES)["point"]
     size = np.array([inputs["width"], inputs["height"]])

@@ -23,9 +23,8 @@ def pixels(rng: np.random.Generator) -> Arrays:
 
 def camera_of(camera_class: type, inputs: Arrays):
     """The camera of the inputs."""
-    kind = tt.OrthographicCamera if issubclass(camera_class, tt.OrthographicCamera) else tt.Camera
     view = fixtures.view_of(inputs, "eye", "at", "up", "screen_window")
-    return fixtures.camera(camera_class, inputs["width"], inputs["height"], kind, **view)
+    return camera_class(int(inputs["width"]), int(inputs["height"]), **view)
 
 
 @ti.func
