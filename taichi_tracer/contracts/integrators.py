@@ -68,7 +68,9 @@ def check_sky_sun_and_emission(estimator):
     image, spread = rendered(estimator, scene)
     square, above = regions()
     rows = sky()[: SKY_ROWS // 2, 0]
-    check_range(f"{estimator.name}: a miss does not see the sky: it", image[above], 0.99 * rows.min(), 1.01 * rows.max())
+    check_range(
+        f"{estimator.name}: a miss does not see the sky: it", image[above], 0.99 * rows.min(), 1.01 * rows.max()
+    )
     cosine = np.cos(np.pi * np.arange(SKY_ROWS // 2 + 1) / SKY_ROWS)
     from_sky = (rows * (cosine[:-1] ** 2 - cosine[1:] ** 2)[:, None]).sum(axis=0)
     expected = KE + KD * (from_sky + IRRADIANCE * SUN[1] / np.pi)

@@ -45,44 +45,41 @@ def load(name_or_folder: str | Path) -> Assignment:
 @lru_cache(maxsize=32)
 def load_folder(folder: Path) -> Assignment:
     """The assignment in a folder."""
-    if is_sealed(folder):
-        return load_sealed(folder)
-    for needed in ("README.md", "parts.py", "solution"):
+    sealed = is_sealed(folder)
+    for needed in ("README.md", "parts.py") if sealed else ("README.md", "parts.py", "solution"):
         if not (folder / needed).exists():
             raise InputError(f"{folder}: {needed} is missing, so this is no assignment: see docs/teaching.md")
-    solution = sorted((folder / "solution").glob("*.py"))
-    classes = {name: path.name for path in solution for name in classes_in(path)}
-    programs = [path.name for path in solution if not classes_in(path)]
-    parts_file = folder / "parts.py"
-    parts = tuple(constant(parts_file, "PARTS"))
-    known = folder / "mistakes.py"
-    named = constant(known, "MISTAKES") if known.exists() else {}
-    if not isinstance(named, dict):
-        raise InputError(f"{known}: MISTAKES must be a dict: part → name → (hint, change, …): see docs/teaching.md")
-    of_parts = [(part, name, entry) for part, mistakes in named.items() for name, entry in mistakes.items()]
-    mistakes = tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_parts)
+    facts = facts_of(folder) if sealed else facts_of_solution(folder)
+    parts, classes, mistakes = tuple(constant(folder / "parts.py", "PARTS")), facts["classes"], facts["mistakes"]
     for part in parts:
         if part.replaces not in ("", *classes):
             raise InputError(
                 f"assignment {folder.name}: the part {part.name!r} tests the class {part.replaces}, which is in no "
                 f"file: the classes are {', '.join(classes)}"
             )
-    unknown = sorted(set(named) - {part.name for part in parts})
-    if unknown:
-        raise InputError(f"{known}: there is no part {unknown[0]!r}")
-    files = tuple(dict.fromkeys(classes.values()))
-    program = programs[0] if programs else ""
-    title = title_of(folder / "README.md")
-    return Assignment(folder.name, title, folder, parts, files, classes, mistakes, program)
-
-
-def load_sealed(folder: Path) -> Assignment:
-    """The assignment in a folder that has no solution."""
-    facts = facts_of(folder)
-    parts, classes = tuple(constant(folder / "parts.py", "PARTS")), facts["classes"]
+    for mistake in mistakes:
+        if mistake.part not in [part.name for part in parts]:
+            raise InputError(f"{folder / 'mistakes.py'}: there is no part {mistake.part!r}")
     files, title = tuple(dict.fromkeys(classes.values())), title_of(folder / "README.md")
-    own = facts["mistakes"], facts["program"]
-    return Assignment(facts["name"], title, folder, parts, files, classes, *own, is_sealed=True)
+    return Assignment(facts["name"], title, folder, parts, files, classes, mistakes, facts["program"], sealed)
+
+
+def facts_of_solution(folder: Path) -> dict[str, Any]:
+    """The name, the classes, the program and the known mistakes of an assignment with its solution."""
+    solution = sorted((folder / "solution").glob("*.py"))
+    known = folder / "mistakes.py"
+    of_parts = (constant(known, "MISTAKES") if known.exists() else {}).items()
+    mistakes = [
+        Mistake(part, name, hint, tuple(changes))
+        for part, by_name in of_parts
+        for name, (hint, *changes) in by_name.items()
+    ]
+    return {
+        "name": folder.name,
+        "classes": {name: path.name for path in solution for name in classes_in(path)},
+        "program": next((path.name for path in solution if not classes_in(path)), ""),
+        "mistakes": tuple(mistakes),
+    }
 
 
 def constant(file: Path, name: str) -> Any:

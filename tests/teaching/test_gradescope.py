@@ -81,7 +81,7 @@ def check_results(text: str) -> dict:
 
 
 def test_results_follow_the_documentation():
-    values = check_results(gradescope.dumps(MARK))
+    values = check_results(gradescope.results(MARK))
     assert values["score"] == MARK.score == 3.0
     assert [(one["name"], one["score"], one["status"]) for one in values["tests"]] == [
         ("A.f", 1.0, "failed"),

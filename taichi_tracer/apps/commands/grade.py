@@ -96,7 +96,7 @@ def write(
 ) -> None:
     """Write the files that were asked for."""
     if args.gradescope is not None:
-        text = gradescope.dumps(marks[0])
+        text = gradescope.results(marks[0])
         replace_file(Path(args.gradescope), text.encode())
     if args.csv is not None:
         replace_file(Path(args.csv), as_csv(marks).encode())

@@ -5,7 +5,6 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
@@ -20,15 +19,6 @@ BINS = 10  # of the distribution
 STYLE = """
 .students th { writing-mode: vertical-rl; max-height: 16em; }
 """
-CLASS = Template("""
-<p>$sums</p>
-<h2>Distribution of the scores</h2> $scores
-<h2>Parts</h2>
-<p class='note'>right: all points; wrong: points by the share of right inputs; the others: none</p> $parts
-<h2>Most frequent mistakes</h2> $mistakes
-<h2>Students</h2> <div class='students'>$students</div>
-<p class='note'>$settings</p>
-""")
 
 
 def write(folder: Path, assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> Path:
@@ -65,19 +55,23 @@ def class_page(
     Args:
         links: key of a mark → a link to the student's page.
     """
-    scores = [mark.score for mark in marks]
-    facts = {
-        "sums": f"{len(marks)} submissions; mean {np.mean(scores):.3g}, median {np.median(scores):.3g}, of "
-        f"{most_points(marks):g} points.",
-        "scores": distribution(scores, most_points(marks)),
-        "parts": parts_table(marks),
-        "mistakes": mistakes_table(marks, links),
-        "students": students_table(marks, links),
-        "settings": html.escape(
-            f"Isolation of each submission: {settings.level}. Seed of the inputs: {settings.seed}."
-        ),
-    }
-    return html_boxes.whole(f"{assignment.title}: the class", [CLASS.substitute(facts)], STYLE)
+    scores, most = [mark.score for mark in marks], most_points(marks)
+    sums = f"mean {np.mean(scores):.3g}, median {np.median(scores):.3g}, of {most:g} points."
+    worth = "right: all points; wrong: points by the share of right inputs; the others: none"
+    run = f"Isolation of each submission: {settings.level}. Seed of the inputs: {settings.seed}."
+    content = [
+        page.paragraph(f"{len(marks)} submissions; {sums}"),
+        "<h2>Distribution of the scores</h2>",
+        distribution(scores, most),
+        "<h2>Parts</h2>",
+        page.paragraph(worth, "note"),
+        parts_table(marks),
+        "<h2>Most frequent mistakes</h2>",
+        mistakes_table(marks, links),
+        f"<h2>Students</h2> <div class='students'>{students_table(marks, links)}</div>",
+        page.paragraph(run, "note"),
+    ]
+    return html_boxes.whole(f"{assignment.title}: the class", content, STYLE)
 
 
 def distribution(scores: Sequence[float], points: float) -> str:

@@ -63,11 +63,11 @@ fi
 # ── results.json ──
 
 
-def results(mark: Mark) -> dict:
-    """The mark of one submission in the form of Gradescope's results.json. Gradescope itself takes off what is late."""
+def results(mark: Mark) -> str:
+    """The text of results.json for one submission. Gradescope itself takes off what is late."""
     tests = [test(number, part) for number, part in enumerate(mark.parts, start=1)]
     facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(mark.remarks)}
-    return to_json({**facts, **SCHEMA, "tests": tests})
+    return json.dumps(to_json({**facts, **SCHEMA, "tests": tests}), indent=1, allow_nan=False)
 
 
 def test(number: int, part: PartResult) -> dict:
@@ -129,8 +129,3 @@ def tree(folder: Path, place: str) -> dict[str, bytes]:
         if path.is_file() and "__pycache__" not in path.parts:
             found[str(PurePosixPath(place) / path.relative_to(folder).as_posix())] = path.read_bytes()
     return found
-
-
-def dumps(mark: Mark) -> str:
-    """results.json as text."""
-    return json.dumps(results(mark), indent=1, allow_nan=False)

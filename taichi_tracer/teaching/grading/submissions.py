@@ -10,6 +10,7 @@ import io
 import re
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -96,6 +97,7 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> tuple[P
     Raises:
         RefusedError: the submission is not as it may be. What was written until then stays in ``target``.
     """
+    wanted, notes = {file.casefold(): file for file in files}, []
     target.mkdir(parents=True)
     try:
         found = [entry for entry in entries_of(submitted.path) if not is_ignored(entry[0])]
@@ -106,14 +108,20 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> tuple[P
         for place, _, read in found:
             if place.is_absolute() or ".." in place.parts or not str(place).isprintable():
                 raise RefusedError(f"the name {shown(place)} leads out of the folder, or cannot be printed")
-            path = target / place
+            right = wanted.get(place.name.casefold(), place.name)
+            if right != place.name:
+                notes.append(f"{shown(place.name)} should be called {right!r}, and is used as this file")
+            path = target / place.with_name(right)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(read())
     except RefusedError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OSError) as error:
         raise RefusedError(f"it cannot be unpacked ({type(error).__name__}: {shown(error)})") from None
-    return look_at(target, files)
+    places = Counter(path.parent for path in target.rglob("*") if path.name in files)
+    folder = min([target, *places], key=lambda p: (-places[p], len(p.parts), str(p)))
+    notes += [f"the files are in the folder {shown(folder.relative_to(target))}"] * (folder != target)
+    return folder, notes
 
 
 def entries_of(path: Path) -> list[Entry]:
@@ -137,23 +145,3 @@ def content_of(file: Path) -> bytes:
 def shown(name: object) -> str:
     """A name that a stranger chose, safe to print."""
     return repr(str(name)[:LONGEST_NAME])
-
-
-# ── what is in it ──
-
-
-def look_at(target: Path, files: Sequence[str]) -> tuple[Path, list[str]]:
-    """The folder that has the assignment's files, and what is unusual about it, one sentence each."""
-    wanted = {file.casefold(): file for file in files}
-    places: dict[Path, list[Path]] = {target: []}
-    for path in sorted(target.rglob("*")):
-        if path.is_file() and path.name.casefold() in wanted:
-            places.setdefault(path.parent, []).append(path)
-    folder = min(places, key=lambda p: (-len(places[p]), len(p.parts), str(p)))
-    notes = [f"the files are in the folder {shown(folder.relative_to(target))}"] if folder != target else []
-    for path in places[folder]:
-        right = wanted[path.name.casefold()]
-        if path.name != right and not path.with_name(right).exists():
-            notes.append(f"{shown(path.name)} should be called {right!r}, and is used as this file")
-            path.rename(path.with_name(right))
-    return folder, notes

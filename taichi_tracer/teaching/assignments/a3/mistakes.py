@@ -128,11 +128,11 @@ MISTAKES = {
     "A3Renderer.shade_ray": {
         "emission forgotten": (
             "What colour has the lamp itself?",
-            ("radiance = self.emitted(hit)", "radiance = tm.vec3(0)"),
+            ("radiance = self.scene_data.lamps.emitted(hit)", "radiance = tm.vec3(0)"),
         ),
         "emission counted twice": (
             "How often is the lamp itself counted?",
-            ("radiance = self.emitted(hit)", "radiance = 2 * self.emitted(hit)"),
+            ("radiance = self.scene_data.lamps.emitted(hit)", "radiance = 2 * self.scene_data.lamps.emitted(hit)"),
         ),
         "density per area not converted": (
             "Which measure does each density have?",

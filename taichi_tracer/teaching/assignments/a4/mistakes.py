@@ -64,8 +64,8 @@ MISTAKES = {
         "emission counted by both": (
             "Which light does next-event estimation find already?",
             (
-                "elif bounce == 0:\n                        radiance += self.emitted(hit)",
-                "else:\n                        radiance += throughput * self.emitted(hit)",
+                "elif bounce == 0:\n                        radiance += self.scene_data.lamps.emitted(hit)",
+                "else:\n                        radiance += throughput * self.scene_data.lamps.emitted(hit)",
             ),
         ),
         "emission of the lamp itself forgotten": (
@@ -83,7 +83,10 @@ MISTAKES = {
         ),
         "throughput forgotten at emission": (
             "What has happened to the light on its way?",
-            ("radiance += throughput * self.emitted(hit)", "radiance += self.emitted(hit)"),
+            (
+                "radiance += throughput * self.scene_data.lamps.emitted(hit)",
+                "radiance += self.scene_data.lamps.emitted(hit)",
+            ),
         ),
         "throughput forgotten at the sample of the light": (
             "What has happened to the light on its way?",

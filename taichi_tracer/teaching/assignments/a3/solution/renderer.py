@@ -35,14 +35,6 @@ class A3Renderer(tt.A3Renderer):
         return weight
 
     @ti.func
-    def emitted(self, hit):
-        """Given: the light (vec3) that a hit emits towards the ray: Ke on the front of a triangle, 0 on its back."""
-        light = tm.vec3(0)
-        if hit.is_hit and not hit.is_backfacing:
-            light = self.scene_data.material_library.materials[hit.material_id].Ke
-        return light
-
-    @ti.func
     def shade_ray(self, ray):
         """One sample of the light (vec3) along an eye ray: what the surface emits, and what it reflects of the lights.
 
@@ -54,13 +46,13 @@ class A3Renderer(tt.A3Renderer):
 
         Otherwise add two samples: that one, times the weight of the power heuristic, and one whose direction comes from
         ``tt.BRDF.sample_direction(material, w_o, n)``, times its weight. Each weight needs both densities at its own
-        direction. ``self.emitted(hit)`` is L_e.
+        direction. ``self.scene_data.lamps.emitted(hit)`` is the light L_e (vec3) that a hit emits.
         """
         radiance = tm.vec3(0)
         ### BEGIN SOLUTION
         hit = self.scene_data.ray_intersector.query_ray(ray)
         if hit.is_hit:
-            radiance = self.emitted(hit)
+            radiance = self.scene_data.lamps.emitted(hit)
             lights = self.scene_data.lamps.choice
             material = self.scene_data.material_library.materials[hit.material_id]
             n = hit.normal
@@ -71,7 +63,7 @@ class A3Renderer(tt.A3Renderer):
                 if strategy == 1:
                     w_i = tt.BRDF.sample_direction(material, w_o, n)
                 light_hit = self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
-                L_e = self.emitted(light_hit)
+                L_e = self.scene_data.lamps.emitted(light_hit)
                 if strategy == 0 and light_hit.triangle_id != triangle_id:
                     L_e = tm.vec3(0)
                 if L_e.max() > 0:

@@ -34,19 +34,12 @@ class A4Renderer(tt.A4Renderer):
         return new_throughput
 
     @ti.func
-    def emitted(self, hit):
-        """Given: the light (vec3) that a hit emits towards the ray: Ke on the front of a triangle, 0 on its back."""
-        light = tm.vec3(0)
-        if hit.is_hit and not hit.is_backfacing:
-            light = self.scene_data.material_library.materials[hit.material_id].Ke
-        return light
-
-    @ti.func
     def sample_light(self, hit, x, w_o):
         """The light (vec3) that a surface reflects directly from one random point of the lights, towards w_o.
 
             L_e · f_r · max(n·ω_i, 0) · cos θ_y / (p_area distance²)
 
+        ``self.scene_data.lamps.emitted(hit)`` is the light L_e (vec3) that a hit emits towards its ray.
         x is a safe origin for rays that leave the surface, ``hit`` what is known of it. Draw ω_i and a triangle from
         ``self.scene_data.lamps.choice.sample_mesh_lights(x)``; p_area is ``evaluate_probability()`` of the same object.
         The light counts only if a ray from x hits this triangle.
@@ -62,7 +55,13 @@ class A4Renderer(tt.A4Renderer):
             cos_surface = ti.max(0.0, tm.dot(hit.normal, w_i))
             cos_light = tm.dot(light_hit.normal, -w_i)
             p_area = lights.evaluate_probability()
-            light = self.emitted(light_hit) * f_r * cos_surface * cos_light / (p_area * light_hit.distance**2)
+            light = (
+                self.scene_data.lamps.emitted(light_hit)
+                * f_r
+                * cos_surface
+                * cos_light
+                / (p_area * light_hit.distance**2)
+            )
         ### END SOLUTION
         return light
 
@@ -89,9 +88,9 @@ class A4Renderer(tt.A4Renderer):
                     throughput = tm.vec3(0)
                 else:
                     if ti.static(self.active.name == "implicit"):
-                        radiance += throughput * self.emitted(hit)
+                        radiance += throughput * self.scene_data.lamps.emitted(hit)
                     elif bounce == 0:
-                        radiance += self.emitted(hit)
+                        radiance += self.scene_data.lamps.emitted(hit)
                     if bounce < self.max_bounces:
                         n = hit.normal
                         w_o = -current.direction
