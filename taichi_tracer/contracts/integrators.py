@@ -34,11 +34,11 @@ def sky():
     return np.tile(rows, (1, 2 * SKY_ROWS, 1))
 
 
-def plane(**options):
-    """A square on the ground, seen from above its edge, so that half of the picture is sky."""
+def plane():
+    """A square on the ground under sky and sun, seen from above its edge, so that half of the picture is sky."""
     corners = SQUARE[0][:, [0, 2, 1]] * 3
-    material = tt.Material(Kd=tuple(KD), Ke=tuple(options.pop("emission", (0.0, 0.0, 0.0))))
-    return tt.SceneData(Mesh(corners, SQUARE[1][:, ::-1], materials=[material]), **options)  # its front is above
+    mesh = Mesh(corners, SQUARE[1][:, ::-1], materials=[tt.Material(Kd=tuple(KD), Ke=tuple(KE))])  # its front is above
+    return tt.SceneData(mesh, environment=sky(), lights=[sun()])
 
 
 def camera():
@@ -64,8 +64,7 @@ def check_sky_sun_and_emission(estimator):
 
     It is Ke + Kd Σ L_k (cos² θ_k − cos² θ_k+1) + Kd/π E cos θ, with rows of sky L_k between polar angles, and a sun E.
     """
-    scene = plane(environment=sky(), lights=[sun()], emission=KE)
-    image, spread = rendered(estimator, scene)
+    image, spread = rendered(estimator, plane())
     square, above = regions()
     rows = sky()[: SKY_ROWS // 2, 0]
     check_range(

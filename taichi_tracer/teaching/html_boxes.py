@@ -5,12 +5,12 @@ A notebook shows boxes, too. There the colours of a page are unknown, so lines a
 
 import html
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, PartResult
+from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
 
 DIGITS = 4  # of points that are handed on
 WIDTH = 78  # columns of the line of a part in a terminal
@@ -75,7 +75,7 @@ def box(result: PartResult) -> str:
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if result.status == RIGHT:
         return "".join(lines) + "</div>"
-    lines += [page.paragraph(result.message)] * bool(result.message)
+    lines.append(page.paragraph(result.message or "for the same reason"))
     wrong = {whose: ", ".join(f"{n} = {v}" for n, v in values.items()) for whose, values in result.first_wrong.items()}
     rows = (f"<tr><th>{html.escape(whose)}</th><td>{html.escape(text)}</td></tr>" for whose, text in wrong.items())
     lines += [f"<div class='wide'><table class='numbers'>{''.join(rows)}</table></div>"] * bool(wrong)
@@ -132,7 +132,10 @@ class Report:
     def body(self) -> list[str]:
         """The page without its frame."""
         notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
-        return [page.paragraph(self.summary()), *notes, *(box(result) for result in self.results)]
+        first = {result.message: result.name for result in reversed(self.results) if result.status == CRASHED}
+        again = [result.name != first.get(result.message, result.name) for result in self.results]  # said once
+        shown = [replace(one, message="") if said else one for one, said in zip(self.results, again, strict=True)]
+        return [page.paragraph(self.summary()), *notes, *map(box, shown)]
 
     def page(self) -> str:
         """A whole document of HTML."""

@@ -47,6 +47,8 @@ POLL = 0.2  # seconds between two looks at the memory
 NEVER = threading.Event()
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
 SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
+# The folders of installed libraries; those in the teacher's home are not found without being named.
+LIBRARIES = [path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")]
 KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
 
 
@@ -225,18 +227,13 @@ def command(level: str, given: str, folder: str, limits: Limits) -> list[str]:
     return [*bwrap_words(given), *words] if level == "bwrap" else words
 
 
-def libraries() -> list[str]:
-    """The folders of installed libraries; those in the teacher's home are not found without being named."""
-    return [path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")]
-
-
 def environment(folder: str, kernels: str) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     return kept | {
         "HOME": folder,
         "TMPDIR": folder,
-        "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), *libraries()]),
+        "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), *LIBRARIES]),
         "TI_OFFLINE_CACHE_FILE_PATH": kernels,
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONHASHSEED": "0",
@@ -251,7 +248,7 @@ def environment(folder: str, kernels: str) -> dict[str, str]:
 def bwrap_words(given: str) -> list[str]:
     """The words that let bubblewrap make its world: what Python and the package need, read only, and ``WORK``."""
     python = {sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.dirname(os.path.realpath(sys.executable))}
-    own = {*python, *libraries(), str(PACKAGE), str(scene_data_dir())}
+    own = {*python, *LIBRARIES, str(PACKAGE), str(scene_data_dir())}
     words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"]
     for path in sorted({*SYSTEM, *own, *map(os.path.realpath, own), given}, key=len):  # what contains others is first
         words += ["--ro-bind-try", path, path]

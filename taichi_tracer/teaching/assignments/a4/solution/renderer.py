@@ -55,13 +55,8 @@ class A4Renderer(tt.A4Renderer):
             cos_surface = ti.max(0.0, tm.dot(hit.normal, w_i))
             cos_light = tm.dot(light_hit.normal, -w_i)
             p_area = lights.evaluate_probability()
-            light = (
-                self.scene_data.lamps.emitted(light_hit)
-                * f_r
-                * cos_surface
-                * cos_light
-                / (p_area * light_hit.distance**2)
-            )
+            L_e = self.scene_data.lamps.emitted(light_hit)
+            light = L_e * f_r * cos_surface * cos_light / (p_area * light_hit.distance**2)
         ### END SOLUTION
         return light
 
