@@ -68,12 +68,11 @@ def facts_of_solution(folder: Path) -> dict[str, Any]:
     """The name, the classes, the program and the known mistakes of an assignment with its solution."""
     solution = sorted((folder / "solution").glob("*.py"))
     known = folder / "mistakes.py"
-    of_parts = (constant(known, "MISTAKES") if known.exists() else {}).items()
-    mistakes = [
-        Mistake(part, name, hint, tuple(changes))
-        for part, by_name in of_parts
-        for name, (hint, *changes) in by_name.items()
-    ]
+    of_parts = constant(known, "MISTAKES") if known.exists() else {}
+    if not isinstance(of_parts, dict):
+        raise InputError(f"{known}: MISTAKES must be a dict: part → name → (hint, change, …): see docs/teaching.md")
+    entries = [(part, name, entry) for part, by_name in of_parts.items() for name, entry in by_name.items()]
+    mistakes = [Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in entries]
     return {
         "name": folder.name,
         "classes": {name: path.name for path in solution for name in classes_in(path)},
