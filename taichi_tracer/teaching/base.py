@@ -117,13 +117,22 @@ class Mistake:
         part: the name of the part whose method is changed.
         name: what is wrong, in the words of a report: "pixel corner instead of centre".
         hint: a sentence that leads a student towards the solution without giving it away.
-        changes: (old, new) texts. Each old text must stand exactly once in the method.
+        changes: (old, new) texts. Each old text must stand exactly once in the solution of the method.
     """
 
     part: str
     name: str
     hint: str
     changes: tuple[tuple[str, str], ...]
+
+    def applied(self, solution: str) -> str:
+        """The lines of a solution with this mistake; an InputError if an old text does not stand exactly once in it."""
+        for old, new in self.changes:
+            count = solution.count(old)
+            if count != 1:
+                raise InputError(f"mistake {self.name!r}: {old!r} stands {count} times in {self.part}, not once")
+            solution = solution.replace(old, new)
+        return solution
 
 
 @dataclass(frozen=True, eq=False)

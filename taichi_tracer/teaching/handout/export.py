@@ -17,7 +17,7 @@ from pathlib import Path
 
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching.base import Assignment, Mistake
 from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.handout.sealed import seal
 
@@ -141,13 +141,14 @@ PLACE, CALL, IMPORT = "# YOUR CODE HERE", "tt.teaching.not_written(", "import ta
 REMINDER = "# delete this line when the method is written"
 
 
-def written(source: str, name: str, form: str) -> str:
+def written(source: str, name: str, form: str, mistake: Mistake | None = None) -> str:
     """A tagged file with each solution in one form.
 
     Args:
         name: the name of the file, for messages.
         form: "stub" for the student's version; "solved" for the solution without its tags and prompts; "otter" for the
             tags of otter-grader, where what replaces a solution stands behind it, as a text.
+        mistake: is made in the solution.
 
     Raises:
         InputError: a tag has no partner; the message has the line.
@@ -165,11 +166,12 @@ def written(source: str, name: str, form: str) -> str:
     def replaced(found: re.Match) -> str:
         """One form of what stands between two tags."""
         indent, method = found["indent"], owners.get(source.count("\n", 0, found.start()) + 1, "")
+        lines = mistake.applied(found["lines"]) if mistake is not None and mistake.part == method else found["lines"]
         stub = found["prompt"] or f"{indent}{PLACE}\n"
         stub += f'{indent}{CALL}"{method}")  {REMINDER}\n' if method else ""
         prompt = "" if found["bare"] else f'{indent}""" # BEGIN PROMPT\n{stub}{indent}""" # END PROMPT\n'
-        otter = f"{indent}# BEGIN SOLUTION NO PROMPT\n{found['lines']}{indent}# END SOLUTION\n{prompt}"
-        return {"solved": found["lines"], "stub": "" if found["bare"] else stub, "otter": otter}[form]
+        otter = f"{indent}# BEGIN SOLUTION NO PROMPT\n{lines}{indent}# END SOLUTION\n{prompt}"
+        return {"solved": lines, "stub": "" if found["bare"] else stub, "otter": otter}[form]
 
     return SOLUTION.sub(replaced, source)
 

@@ -88,7 +88,7 @@ MISTAKES = {
         ),
         "matrix transposed": (
             "Are the axes of the camera the rows or the columns?",
-            ("return matrix", "return matrix.T"),
+            ("matrix[:3, 3] = self.eye", "matrix[:3, 3] = self.eye\n        matrix = matrix.T"),
         ),
         "z_c points backwards": (
             "Does the camera look along +z or along -z?",
@@ -181,9 +181,9 @@ MISTAKES = {
         "material of the loop's last triangle": (
             "Whose material is recorded?",
             (
-                "return nearest",
-                "nearest.material_id = self.geometry.triangle_material_ids[self.geometry.n_triangles - 1]\n"
-                "        return nearest",
+                "nearest = hit",
+                "nearest = hit\n"
+                "        nearest.material_id = self.geometry.triangle_material_ids[self.geometry.n_triangles - 1]",
             ),
         ),
         "the last triangle is skipped": (

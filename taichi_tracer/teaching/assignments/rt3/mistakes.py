@@ -19,7 +19,10 @@ MISTAKES = {
         "u not normalised": ("How long is a cross product?", ("u = u / np.linalg.norm(u)\n", "u = u + 0\n")),
         "w not normalised": ("How long is the gaze?", ("w = gaze / np.linalg.norm(gaze)", "w = gaze")),
         "vup taken as v": ("Is vup perpendicular to w?", ("v = np.cross(w, u)", "v = self.up")),
-        "matrix transposed": ("Are the axes the rows or the columns?", ("return matrix", "return matrix.T")),
+        "matrix transposed": (
+            "Are the axes the rows or the columns?",
+            ("matrix[:3, 3] = self.eye", "matrix[:3, 3] = self.eye\n        matrix = matrix.T"),
+        ),
         "eye missing": ("Where do the rays start?", ("matrix[:3, 3] = self.eye", "")),
     },
     "PerspectiveCamera.pixel_to_screen": {
