@@ -70,3 +70,13 @@ def test_a_variant_is_below_what_can_be_judged_only_if_all_its_pictures_are():
     for points in found.rounds:
         points[-1] = Point(16, 16.0, math.nan)
     assert math.isnan(found.error.value)
+
+
+def test_a_mean_that_differs_by_more_than_noise_is_said():
+    image = np.ones((8, 8, 3))
+    truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
+    right, wrong = curve(1.0), curve(2.0, label="brdf", estimator="brdf")
+    right.bias, wrong.shift, wrong.bias = 3.5, -0.019, -7.2
+    study = Study(SceneFacts("cube", "a machine", 0, True, 0.1), (8, 8), 60, [right, wrong], {"nearest": truth})
+    (line,) = accuracy_report.biases_of(study)
+    assert line == "brdf is darker than the reference by 1.9 %, 7 standard errors: one of the two is wrong."
