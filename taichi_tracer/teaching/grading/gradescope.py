@@ -5,11 +5,11 @@ Gradescope unpacks the upload into /autograder/source and runs setup.sh once. Fo
 """
 
 import importlib.metadata
-import io
 import json
 import shlex
-import zipfile
-from pathlib import Path, PurePosixPath
+import shutil
+import tempfile
+from pathlib import Path
 
 import taichi_tracer
 from taichi_tracer.files.disk import check_place, replace_file, scene_data_dir
@@ -20,7 +20,6 @@ from taichi_tracer.teaching.html_boxes import lines_of
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
-TIME = (2026, 1, 1, 0, 0, 0)  # of all entries, so that the same files give the same upload
 
 SETUP = """#!/usr/bin/env bash
 # Gradescope runs this once, as root, when the image of the autograder is made.
@@ -108,24 +107,17 @@ def write_upload(assignment: Assignment, name: str, target: Path, seed: int) -> 
     words = {"assignment": shlex.quote(called), "solution": shlex.quote(f"{folder}/solution"), "seed": seed}
     required = importlib.metadata.requires("taichi_tracer") or []
     words["packages"] = " ".join(shlex.quote(package) for package in required if "extra ==" not in package)
-    entries = {"setup.sh": SETUP.format(**words).encode(), "run_autograder": RUN.format(**words).encode()}
-    entries |= tree(PACKAGE, "taichi_tracer") | tree(scene_data_dir(), "taichi_tracer/scene_data_dir")
-    if not is_shipped:
-        entries |= tree(assignment.folder, f"assignment/{assignment.name}")
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as archive:
-        for path in sorted(entries):
-            entry = zipfile.ZipInfo(path, TIME)
-            entry.external_attr = (0o755 if path in ("setup.sh", "run_autograder") else 0o644) << 16
-            archive.writestr(entry, entries[path], zipfile.ZIP_DEFLATED)
-    replace_file(target, content.getvalue())
+    unwanted = shutil.ignore_patterns("__pycache__")
+    with tempfile.TemporaryDirectory() as work:
+        source = Path(work) / "source"
+        shutil.copytree(PACKAGE, source / "taichi_tracer", ignore=unwanted)
+        data = source / "taichi_tracer" / "scene_data_dir"
+        shutil.copytree(scene_data_dir(), data, ignore=unwanted, dirs_exist_ok=True)
+        if not is_shipped:
+            shutil.copytree(assignment.folder, source / "assignment" / assignment.name, ignore=unwanted)
+        for script, text in {"setup.sh": SETUP, "run_autograder": RUN}.items():
+            (source / script).write_text(text.format(**words), encoding="utf-8")
+            (source / script).chmod(0o755)
+        content = Path(shutil.make_archive(f"{work}/upload", "zip", source)).read_bytes()
+    replace_file(target, content)
     return target
-
-
-def tree(folder: Path, place: str) -> dict[str, bytes]:
-    """Path in the upload → content, of the files in a folder; without what Python compiled."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and "__pycache__" not in path.parts:
-            found[str(PurePosixPath(place) / path.relative_to(folder).as_posix())] = path.read_bytes()
-    return found

@@ -85,8 +85,7 @@ def run_lights(names: Sequence[str], ask: Callable, given: str, answers: Mapping
     def run(light_class: type, inputs: Arrays) -> Arrays:
         lights = [light_class(*made) for made in zip(*(inputs[name].tolist() for name in names), strict=True)]
         function, width = bound(of_one, lights, ask), sum(answers.values())
-        given_rows = with_numbers(inputs) if given == "numbers" else inputs
-        numbers = rows(function, given_rows, ["light", given], {"numbers": width})["numbers"]
+        numbers = rows(function, inputs, ["light", given], {"numbers": width})["numbers"]
         columns = np.split(numbers, np.cumsum(list(answers.values()))[:-1], axis=1)
         answered = zip(answers, columns, strict=True)
         return {name: column if answers[name] > 1 else column[:, 0] for name, column in answered}
@@ -174,28 +173,22 @@ def materials(rng: np.random.Generator) -> Arrays:
     return {"light": which, "I": I, "Ka": colours(rng, len(which)), "Kd": colours(rng, len(which))}
 
 
-def with_numbers(inputs: Arrays) -> Arrays:
-    """The inputs, and the 13 numbers of each material in one row; those that are not among the inputs are 1."""
-    numbers = np.ones((len(inputs.get("Ka", inputs.get("Ns"))), 13), f32)
-    for name, first in {"Ka": 0, "Kd": 3, "Ks": 6, "Km": 9, "Ns": 12}.items():
-        if name in inputs:
-            width = inputs[name].size // len(numbers)
-            numbers[:, first : first + width] = inputs[name].reshape(len(numbers), width)
-    return {**inputs, "numbers": numbers}
-
-
 @ti.func
-def material_of(numbers):
-    """The material of 13 numbers."""
-    Ka, Kd = tm.vec3(numbers[0], numbers[1], numbers[2]), tm.vec3(numbers[3], numbers[4], numbers[5])
-    Ks, Km = tm.vec3(numbers[6], numbers[7], numbers[8]), tm.vec3(numbers[9], numbers[10], numbers[11])
-    return fixtures.PlainMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=Km, Ns=numbers[12])
-
-
-@ti.func
-def shown(light: ti.template(), numbers):
+def shown(light: ti.template(), material):
     """What a surface shows of an ambient light."""
-    return NOTHING + light.reflected(material_of(numbers))
+    return NOTHING + light.reflected(material)
+
+
+@ti.func
+def shown_of_one(lights: ti.template(), which, Ka, Kd):
+    """What a surface shows of one of the lights; other colours of it are white."""
+    return of_one(lights, shown, which, fixtures.PlainMaterial(Ka=Ka, Kd=Kd, Ks=tm.vec3(1), Km=tm.vec3(1), Ns=1))
+
+
+def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
+    """What each material shows of its light."""
+    lights = [light_class(intensity) for intensity in inputs["I"].tolist()]
+    return rows(bound(shown_of_one, lights), inputs, ["light", "Ka", "Kd"], {"light": 3})
 
 
 # ── one surface ──
@@ -233,13 +226,14 @@ def pairs_of_lights(rng: np.random.Generator) -> Arrays:
     return {**found, "w_o": w_o.astype(f32), "l": near.astype(f32), "l2": l2.astype(f32)}
 
 
-SURFACE = ["normal", "geometric_normal", "w_o", "numbers"]
+SURFACE = ["normal", "geometric_normal", "w_o", "Ns"]
 
 
 @ti.func
-def surface_of(x, n, flat, w_o, numbers):
+def surface_of(x, n, flat, w_o, Ns, Ka, Kd, Ks):
     """A surface without a scene."""
-    return PlainSurface(origin=x, normal=n, geometric_normal=flat, w_o=w_o, material=material_of(numbers))
+    material = fixtures.PlainMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=tm.vec3(1), Ns=Ns)
+    return PlainSurface(origin=x, normal=n, geometric_normal=flat, w_o=w_o, material=material)
 
 
 def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
@@ -247,12 +241,12 @@ def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
     integrator = integrator_class()
 
     @ti.func
-    def both(l, l2, n, flat, w_o, numbers):
-        surface = surface_of(tm.vec3(0), n, flat, w_o, numbers)
+    def both(l, l2, n, flat, w_o, Ns):
+        surface = surface_of(tm.vec3(0), n, flat, w_o, Ns, tm.vec3(1), tm.vec3(1), tm.vec3(1))
         found = tm.vec2(integrator.highlight(surface, l), integrator.highlight(surface, l2))
         return found.x, found.y
 
-    return rows(both, with_numbers(inputs), ["l", "l2", *SURFACE], {"highlight": 1, "highlight of l2": 1})
+    return rows(both, inputs, ["l", "l2", *SURFACE], {"highlight": 1, "highlight of l2": 1})
 
 
 # ── the sum of all lights ──
@@ -300,10 +294,10 @@ def run_shade(integrator_class: type, inputs: Arrays) -> Arrays:
     scene, integrator = fixtures.cached("balls", make_lit_scene, *given).in_kernels(), integrator_class()
 
     @ti.func
-    def shaded(x, n, flat, w_o, numbers):
-        return integrator.shade(scene, surface_of(x, n, flat, w_o, numbers))
+    def shaded(x, n, flat, w_o, Ns, Ka, Kd, Ks):
+        return integrator.shade(scene, surface_of(x, n, flat, w_o, Ns, Ka, Kd, Ks))
 
-    return rows(shaded, with_numbers(inputs), ["x", *SURFACE], {"radiance": 3})
+    return rows(shaded, inputs, ["x", *SURFACE, "Ka", "Kd", "Ks"], {"radiance": 3})
 
 
 # ── mirrors ──
@@ -388,7 +382,6 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 POINTS, SURFACES = Numbers(1e-3, called="points"), Numbers(1e-3, called="surfaces")
 RUN_SHARE = run_lights(SPOT, shares, "theta", {"share": 2})
-RUN_AMBIENT = run_lights(["I"], shown, "numbers", {"light": 3})
 PARTS = (
     method("PointLight.sample", 3, LIGHTS, points, run_sample(*POINT), POINTS),
     method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_sample("way", "irradiance"), POINTS),
@@ -401,7 +394,7 @@ PARTS = (
         Numbers(1e-4, called="pairs of angles"),
     ),
     method("SpotLight.sample", 3, CONES, points_in_cones, run_sample(*SPOT), POINTS),
-    method("AmbientLight.reflected", 1, AMBIENT, materials, RUN_AMBIENT, SURFACES),
+    method("AmbientLight.reflected", 1, AMBIENT, materials, run_ambient, SURFACES),
     method("BlinnPhong.highlight", 3, HIGHLIGHTS, pairs_of_lights, run_highlight, SURFACES),
     method("BlinnPhong.shade", 5, SUM, lit_surfaces, run_shade, SURFACES),
     method("BlinnPhong.radiance", 4, MIRRORS, mirror_room, run_radiance, Numbers(1e-3, called="pairs of rays")),
