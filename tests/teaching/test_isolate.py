@@ -2,6 +2,7 @@
 
 import os
 import socket
+import threading
 import time
 
 import numpy as np
@@ -70,7 +71,7 @@ def test_a_process_answers_at_every_level(reference, tmp_path, level):
     load = {"part": "", "assignment": "assignment/sums", "submission": "submission"}
     requests = [(load, {}), ({"part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})]
     folders = {"submission": tmp_path, "assignment/sums": reference.assignment.folder}
-    (_, (reply, arrays)), printed, _, is_late = run(level, LIMITS, requests, folders)
+    (_, (reply, arrays)), printed, _, is_late = run(level, LIMITS, requests, folders, threading.Event())
     assert reply["status"] == "ok"
     np.testing.assert_array_equal(arrays["value"], 2 * np.ones(20))
     assert printed.strip() == "hello"
@@ -100,7 +101,7 @@ def test_a_container_has_no_network_and_gets_the_package(tmp_path, monkeypatch):
     (tmp_path / "podman").write_text('#!/bin/sh\necho "$@" >&2\n')
     (tmp_path / "podman").chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    answers, printed, reason, _ = run("container teachers", LIMITS, [], {})
+    answers, printed, reason, _ = run("container teachers", LIMITS, [], {}, threading.Event())
     assert (answers, reason) == ([], "the process ended (exit code 0)")
     words = printed.split()
     assert {"--network", "none", "--read-only", "teachers", f"{isolate.PACKAGE}:{isolate.PACKAGE}:ro"} <= set(words)

@@ -26,6 +26,7 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import takewhile
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -44,7 +45,6 @@ USER = 60_000_000  # the first of the user numbers that hand-ins get if the grad
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the hand-in
 OF_OTHERS = 10_000  # processes of the same user; where they count, too, looks at the processes end a fork bomb
 POLL = 0.2  # seconds between two looks at the memory
-NEVER = threading.Event()
 SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
 SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
 # The folders of installed libraries; those in the teacher's home are not found without being named.
@@ -105,7 +105,7 @@ def run(
     limits: Limits,
     requests: Sequence[tuple[dict, Arrays]],
     folders: Mapping[str, Path],
-    stopped: threading.Event = NEVER,
+    stopped: threading.Event,
     kernels: Path | None = None,
 ) -> tuple[list[tuple[dict, Arrays]], str, str, bool]:
     """What a process answers to requests, see ``worker``, until it has answered all, or has ended.
@@ -149,7 +149,8 @@ def run(
             extra_groups=None if user is None else [],
         )
         try:
-            reason, is_late = wait_for(process, limits, SECONDS_TO_LOAD + limits.wall * len(requests), stopped)
+            most = SECONDS_TO_LOAD + limits.wall * len(requests)
+            reason, is_late = wait_for(process, limits, answered, most, stopped)
         finally:
             kill(process.pid)
             if level.startswith(CONTAINER):
@@ -164,26 +165,34 @@ def run(
     return answers, printed[: limits.output].decode(errors="replace") + cut, reason, is_late
 
 
-def wait_for(process: subprocess.Popen, limits: Limits, seconds: float, stopped: threading.Event) -> tuple[str, bool]:
-    """Wait until a process has ended, uses more than its limits, or is to end: (why, whether it used up its time)."""
-    end = time.monotonic() + seconds
-    too_long = f"no answer came within {limits.wall:g} seconds"
+def wait_for(
+    process: subprocess.Popen, limits: Limits, answered: IO[bytes], most: float, stopped: threading.Event
+) -> tuple[str, bool]:
+    """Wait until a process has ended, uses more than its limits, or is to end: (why, whether it used up its time).
+
+    Args:
+        answered: what it writes answers to: an answer begins its time on the clock anew. most: seconds in all.
+    """
+    began = since = time.monotonic()
+    size = 0
     while process.poll() is None:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(POLL)
-        started = below(process.pid)
+        started, now, former, size = below(process.pid), time.monotonic(), size, os.fstat(answered.fileno()).st_size
+        since = now if size > former else since
         if stopped.is_set():
             return "the grader was stopped", False
-        if time.monotonic() > end:
-            return too_long, True
+        if now > since + (limits.wall if size else SECONDS_TO_LOAD) or now > began + most:
+            return f"no answer came within {limits.wall if size else SECONDS_TO_LOAD:g} seconds", True
         if len(started) > limits.processes:
             return f"it started {len(started)} processes, of which {limits.processes} are allowed", False
         if sum(started.values()) > limits.resident:
             return f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory", False
     code = process.returncode
     how = next((one.name for one in signal.Signals if one in (-code, code - 128)), f"exit code {code}")
-    of_time = {"SIGXCPU": f"it used more than {limits.cpu:g} seconds of the processor", "SIGALRM": too_long}
-    return of_time.get(how, f"the process ended ({how})"), how in of_time
+    if how == "SIGXCPU":
+        return f"it used more than {limits.cpu:g} seconds of the processor", True
+    return f"the process ended ({how})", False
 
 
 def kill(root: int) -> None:
@@ -286,7 +295,9 @@ def container_words(image: str, given: str, limits: Limits) -> list[str]:
 def problem_of(level: str) -> str | None:
     """Why a level does not work on this machine, in one line; None if it works. It is tried."""
     try:
-        answers, printed, reason, _ = run(level, Limits(), [({"part": "", "assignment": ""}, {})], {})
+        answers, printed, reason, _ = run(
+            level, Limits(), [({"part": "", "assignment": ""}, {})], {}, threading.Event()
+        )
     except OSError as error:
         if error.filename == "bwrap":
             return "bubblewrap, which runs on Linux only, is not installed: apt-get install bubblewrap"

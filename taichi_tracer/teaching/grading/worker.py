@@ -27,7 +27,7 @@ import taichi as ti
 from taichi_tracer.system import runtime
 from taichi_tracer.teaching import catalogue, checking, running
 from taichi_tracer.teaching.base import Arrays, Assignment, parted
-from taichi_tracer.teaching.grading.isolate import SECONDS_TO_LOAD, messages, pack
+from taichi_tracer.teaching.grading.isolate import messages, pack
 
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Linux, from its headers
 
@@ -47,7 +47,7 @@ def main(given: str, folder: str, limits: str) -> None:
         shutil.copytree(given, folder, dirs_exist_ok=True)
     os.chdir(folder)
     runtime.init(arch="cpu", threads=1)
-    allow_time(numbers["cpu"], SECONDS_TO_LOAD)
+    allow_cpu(numbers["cpu"])
     if load["assignment"]:
         assignment = catalogue.load(load["assignment"])
         student = running.solution_of(assignment)
@@ -56,7 +56,7 @@ def main(given: str, folder: str, limits: str) -> None:
     answers.write(pack({"part": ""}, {}))
     answers.flush()
     for message, arrays in requests:
-        allow_time(numbers["cpu"], numbers["wall"])
+        allow_cpu(numbers["cpu"])
         facts, found = answer_to(message, arrays, assignment, student)
         with contextlib.suppress(Exception):  # the hand-in may have closed or replaced it
             sys.stdout.flush()
@@ -109,12 +109,11 @@ def take_limits(limits: dict) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def allow_time(cpu: float, wall: float) -> None:
-    """The process ends after so many more seconds of CPU (SIGXCPU), or of the clock (SIGALRM)."""
+def allow_cpu(seconds: float) -> None:
+    """The process is ended with SIGXCPU when it has used so many more seconds of CPU."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + cpu) + 1, hard))
-    signal.setitimer(signal.ITIMER_REAL, wall)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
 
 
 if __name__ == "__main__":
