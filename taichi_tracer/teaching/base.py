@@ -169,11 +169,6 @@ class Assignment:
         """The points of all parts but the optional ones."""
         return sum(part.points for part in self.parts if not part.is_optional)
 
-    @property
-    def optional(self) -> frozenset[str]:
-        """The names of the optional parts."""
-        return frozenset(part.name for part in self.parts if part.is_optional)
-
     def part(self, name: str) -> Part:
         """The part of this name; an InputError that lists the parts if there is none."""
         for part in self.parts:
@@ -185,13 +180,9 @@ class Assignment:
         """The known mistakes of a part."""
         return tuple(mistake for mistake in self.mistakes if mistake.part == part.name)
 
-    def rng(self, part: Part, seed: int) -> np.random.Generator:
-        """The random numbers from which the inputs of a part are made. They differ between parts and between seeds."""
-        return np.random.default_rng([seed, zlib.crc32(f"{self.name}/{part.name}".encode())])
-
     def inputs(self, part: Part, seed: int) -> Arrays:
-        """The inputs of a part."""
-        return part.inputs(self.rng(part, seed))
+        """The inputs of a part: their random numbers differ between parts and between seeds."""
+        return part.inputs(np.random.default_rng([seed, zlib.crc32(f"{self.name}/{part.name}".encode())]))
 
 
 # ── judges ──
@@ -232,11 +223,6 @@ class JudgeOfRows:
             tried.append({name: np.broadcast_to(right[row], right.shape) for name, right in expected.items()})
         chance = max(float(self.agrees(inputs, one, expected).mean()) for one in tried)
         return beyond_chance(float(self.agrees(inputs, answers, expected).mean()), chance)
-
-
-def agree(judge: JudgeOfRows, inputs: Arrays, one: Arrays, other: Arrays) -> np.ndarray:
-    """(n,) bool: where two answers are the same. Each is judged by the other: what is much noisier fits everything."""
-    return judge.agrees(inputs, one, other) & judge.agrees(inputs, other, one)
 
 
 def beyond_chance(share: float, chance: float) -> float:

@@ -22,7 +22,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching import catalogue, html_boxes
-from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult, agree
+from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult
 from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.export import RECORD, written
 from taichi_tracer.teaching.html_boxes import Report
@@ -133,7 +133,8 @@ def find(
             break
         wrong = answers_of(assignment, part, mistake, seed)
         is_wrong = wrong is not None and not judge.agrees(inputs, wrong, expected).all()
-        if is_wrong and agree(judge, inputs, answers, wrong).all():
+        # Each is judged by the other: what is much noisier fits everything.
+        if is_wrong and judge.agrees(inputs, answers, wrong).all() and judge.agrees(inputs, wrong, answers).all():
             text = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: {mistake.name}"
             return [{"names": [mistake.name], "text": text, "hint": mistake.hint}]
     texts = describe(judge.means_of(answers), judge.means_of(expected), is_right)
