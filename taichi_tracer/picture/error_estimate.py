@@ -21,8 +21,10 @@ in base 4, so that a doubling that completes a power of 4 removes more than the 
     v = κ² (A − B)² 2^m (n − 2^m) / n²
 
 with the κ that was measured for both kinds of doublings, as a mean over scenes. It differs from scene to scene, and the
-interval below is widened by ``LARGER`` and ``SMALLER``; ``python -m benchmarks.claims`` counts how often it holds the
-truth. If the others are fewer than a quarter of 2^m, their mean is too rough. Then A − B is that of the last doubling.
+interval below is widened by ``LARGER`` and ``SMALLER``. It differs more after a doubling that begins at a power of 4:
+where light is smooth, 4^k samples err so little that 2 · 4^k err nearly as much. ``python -m benchmarks.claims`` counts
+how often the interval holds the truth. If the others are fewer than a quarter of 2^m, their mean is too rough. Then
+A − B is that of the last doubling.
 
 **The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error is random,
 too: both are sums of squares of about normal numbers, as many as pixels matter. If single pixels have most of the
@@ -55,6 +57,7 @@ interval is √((e F)² + unseen²), before it is divided.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -63,10 +66,10 @@ TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.claims``)
 TO_POWER_OF_4, FROM_POWER_OF_4 = 0.76, 0.83  # κ, if 2^(m+1) is a power of 4, and if 2^m is one
 POWERS_OF_4 = 0x55555555
-# The logarithms of the factors by which the true κ may be larger, and smaller: so large that the interval holds the
-# truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly all of the error;
-# or larger, because they can remove nearly none: then a second number, divided by n, is added.
-LARGER, LARGER_OF_FEW = 0.28, 0.4
+# The logarithms of the factors by which the true κ may be larger, of both kinds, and smaller: so large that the
+# interval holds the truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly
+# all of the error; or larger, because they can remove nearly none: then a second number, divided by n, is added.
+LARGER_TO_POWER, LARGER_FROM_POWER, LARGER_OF_FEW = 0.2, 0.42, 0.4
 SMALLER, SMALLER_OF_FEW = 0.6, 1.5
 FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
@@ -83,10 +86,15 @@ def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray
     errors, (n_first, n_others) = errors_from_halves(total, counts), np.moveaxis(counts, 2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         of_doubling = abs(total[:, :, 0] / n_first[..., None].astype(total.dtype) - before)
-    has_few = n_others * FEW_OTHERS < n_first
-    is_from_power = (n_first & POWERS_OF_4 != 0) ^ has_few
+    has_few, is_from_power = last_doubling(n_first, n_others)
     kappa = np.where(is_from_power, FROM_POWER_OF_4, TO_POWER_OF_4).astype(total.dtype)
     return kappa[..., None] * np.where(has_few[..., None], of_doubling, errors)
+
+
+def last_doubling(n_first: Any, n_others: Any) -> tuple[Any, Any]:
+    """(whether the others are too few to be a half, whether the last doubling begins at a power of 4)."""
+    has_few = n_others * FEW_OTHERS < n_first
+    return has_few, (n_first & POWERS_OF_4 != 0) ^ has_few
 
 
 def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -181,8 +189,12 @@ def relative_error(
     if not math.isfinite(v.sum()):
         return RelativeError(math.nan, math.nan, math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
-    larger = LARGER + LARGER_OF_FEW / samples_of_one if samples_of_one > 0 else 0.0
-    smaller = SMALLER + SMALLER_OF_FEW / samples_of_one if samples_of_one > 0 else 0.0
+    larger = smaller = 0.0
+    if samples_of_one >= 2:
+        first = 1 << (round(samples_of_one) - 1).bit_length() - 1
+        _, is_from_power = last_doubling(first, samples_of_one - first)
+        larger = (LARGER_FROM_POWER if is_from_power else LARGER_TO_POWER) + LARGER_OF_FEW / samples_of_one
+        smaller = SMALLER + SMALLER_OF_FEW / samples_of_one
     value = math.sqrt(v.sum() * in_units_of_mean)
     high, low = value * factor_of_interval(v, larger), value / factor_of_interval(v, smaller)
     if of_largest is not None:

@@ -75,7 +75,7 @@ def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubl
     told, mean = film.error(), (63 + 20) / 64
     assert told == 0
     factor = math.sqrt(stats.f.ppf(0.975, 2, 2))
-    high = 0.5 * 8.75 / 8 / mean * (math.exp(math.hypot(math.log(factor), 0.28 + 0.4 / 16)) if doubles else factor)
+    high = 0.5 * 8.75 / 8 / mean * (math.exp(math.hypot(math.log(factor), 0.2 + 0.4 / 16)) if doubles else factor)
     assert told.high == pytest.approx(high / (1 - 2 * 0.5 * 8.75 / 64 / mean), rel=1e-4)
     parts = [film.alike() for _ in range(3)]
     for part, half in zip(parts, (samples[..., :8], samples[..., 8:]), strict=False):
