@@ -18,7 +18,6 @@ SAMPLERS = ("multijitter", "ldsampler")  # of Mitsuba, the best on these scenes
 PICTURES: dict[str, Callable[[], tuple]] = {
     "cornell_box, its lamp alone": lambda: (SCENE, 1, {}),
     "cornell_box, 6 segments": lambda: (SCENE, 6, {}),
-    "veach_plates, 6 segments": lambda: ("veach_plates", 6, {}),
     "a scan on a floor under a sky, 3 bounces": lambda: (
         scan_on_floor(),
         3,

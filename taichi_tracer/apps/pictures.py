@@ -297,10 +297,16 @@ class Request:
             options = {**self.document.environment_options, **options}
         return None if name is None else load_environment(name, **options)
 
-    def load(self) -> SceneData:
-        """Start Taichi and read the scene; what the user should know about it goes to stderr."""
+    def load(self, is_long: bool = False) -> SceneData:
+        """Start Taichi and read the scene; what the user should know about it goes to stderr.
+
+        Args:
+            is_long: whether many samples follow, so that the wide hierarchy pays: it compiles longer, renders faster.
+        """
         start_taichi(self.settings)
         options = self.settings.given(*SCENE_ARGUMENTS)
+        if is_long and (self.document is None or self.document.intersector is None):
+            options.setdefault("intersector", "wide_bvh")
         if not self.may_add_light:
             options["environment"] = self.load_environment()
         if self.document is None:
@@ -345,7 +351,7 @@ def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> Progre
         begins_lit: whether a scene with light is shown by its light, where nobody says what to show.
     """
     request = request_of(settings)
-    picture, scene = request.pictures[0], request.load()
+    picture, scene = request.pictures[0], request.load(is_long=True)
     is_lit = begins_lit and not picture.names_view and picture.shot is None and not scene.effects.is_dark
     (renderer_class, integrator), *_ = find_views("mis") if is_lit else picture.views
     return picture.make_renderer(renderer_class, scene).use(integrator.name)

@@ -276,12 +276,9 @@ def load_scene(request: Request, started: float) -> tuple[SceneData, str]:
     Args:
         started: the value of ``time.perf_counter`` at the key press.
     """
-    start, settings, document = time.perf_counter(), request.settings, request.document
-    is_open = settings.intersector is None and (document is None or document.intersector is None)
-    if is_open and any(picture.is_long for picture in request.pictures):
-        request = replace(request, settings=replace(settings, intersector="wide_bvh"))
+    start = time.perf_counter()
     with stage(READ, waits=True):
-        loaded = request.load()
+        loaded = request.load(any(picture.is_long for picture in request.pictures))
     return loaded, f"start {start - started:.2f} s, scene {time.perf_counter() - start:.2f} s"
 
 
