@@ -10,6 +10,7 @@ import numpy as np
 
 from taichi_tracer.files.images import encode_png
 
+NUMBERS = tuple("+-−×<0123456789")  # how cells with numbers begin
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2733; --soft: #55626f; --grid: #d3dae1; --paper: #ffffff; --band: #f1f4f7; }
 @media (prefers-color-scheme: dark) {
@@ -24,7 +25,7 @@ body { font: clamp(15px, 0.35vw + 12px, 21px)/1.5 system-ui, sans-serif; max-wid
 h1, h2 { line-height: 1.2; text-wrap: balance; } h2 { margin-top: 1.6em; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; margin: 1em 0; font-size: 0.86em; }
 th, td { padding: 4px 9px; border-bottom: 1px solid var(--grid); text-align: right; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; } th { background: var(--band); }
+th:first-child, td:first-child, .text { text-align: left; } th { background: var(--band); }
 table.sortable th { cursor: pointer; }
 th[data-order]::after { content: " ▾"; } th[data-order="-1"]::after { content: " ▴"; }
 figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; max-width: 100%; }
@@ -88,10 +89,15 @@ def table(rows: list[dict], columns: Sequence[str] = ()) -> str:
 
 
 def cards(rows: list[dict], columns: Sequence[str]) -> str:
-    """``table`` of cells that are HTML already; on a narrow screen, each row is a list of names and values."""
-    heads = [html.escape(c) for c in columns]
-    cells = ("".join(f"<td data-head='{h}'>{r[c]}</td>" for h, c in zip(heads, columns, strict=True)) for r in rows)
-    return sortable("".join(f"<th>{h}</th>" for h in heads), "".join(f"<tr>{row}</tr>" for row in cells), "wide cards")
+    """``table`` of cells that are HTML already; on a narrow screen, each row is a list of names and values.
+
+    Columns of words stand at the left, and those of numbers at the right.
+    """
+    numbers = {c: sum(str(row[c]).startswith(NUMBERS) for row in rows) for c in columns}
+    kinds = {c: "" if 2 * numbers[c] > len(rows) else " class='text'" for c in columns}
+    cells = ("".join(f"<td data-head='{html.escape(c)}'{kinds[c]}>{row[c]}</td>" for c in columns) for row in rows)
+    head = "".join(f"<th{kinds[c]}>{html.escape(c)}</th>" for c in columns)
+    return sortable(head, "".join(f"<tr>{row}</tr>" for row in cells), "wide cards")
 
 
 def sortable(head: str, body: str, kind: str = "wide") -> str:
