@@ -7,7 +7,6 @@ of lights hold an object of the student's own class, for which triangles are cou
 import ast
 import contextlib
 import inspect
-import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,10 +15,10 @@ import taichi as ti
 from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
 
 import taichi_tracer as tt
-from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
+from taichi_tracer.course.geometry import CourseGeometry, CourseLights, CourseScene, OfPackage, from_course
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
-from taichi_tracer.system.own_code.checks import check_method, check_parameters, fault, is_empty
+from taichi_tracer.system.own_code.checks import check_method, check_parameters, fault, is_empty, tree_of, unwrap
 from taichi_tracer.system.parts import Unfinished, call_with_known_args, gives_of, written
 
 # The handout's methods of each class: where one of them is judged alone, the others are the package's.
@@ -35,26 +34,26 @@ HANDOUT = {
         *("evaluate_probability", "sample_mesh_lights"),
     ),
 }
+# The class of this package whose methods an adapter of the same name has.
+CLASSES: dict[str, Any] = {name: getattr(tt, name) for name in (*HANDOUT, "A2Renderer", "A3Renderer", "A4Renderer")}
 WRITTEN = {"shade_ray", *(method for methods in HANDOUT.values() for method in methods)}
 OF_BRDF = ("material", "w_o", "w_i", "normal")  # the parameters of the handout, in their order
-BIND, BEGIN = tt.RayIntersector.bind, tt.RayIntersector.__init__  # kept, because ``course.use`` assigns others
+BIND = tt.RayIntersector.bind  # kept, because ``course.use`` assigns another
 NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
 
 
 def adapters_of(classes: dict[str, type]) -> dict[str, type]:
     """The package's classes for a student's classes, by the names of the handout; names that it lacks are left out."""
     made: dict[str, type] = {}
-    for name in ("Camera", "Environment", "UniformSampler", "BRDF", "MicrofacetBRDF"):
-        if name in classes:
-            made[name] = adapted(classes[name], getattr(tt, name), name, fitted if "BRDF" in name else None)
-    intersector = classes.get("BruteForceRayIntersector", classes.get("RayIntersector"))
-    if intersector is not None:
-        made["RayIntersector"] = intersector_of(intersector)
-    if "MeshLightSampler" in classes:
-        made["MeshLightSampler"] = light_sampler_of(classes["MeshLightSampler"])
-    for name, base in (("A2Renderer", tt.A2Renderer), ("A3Renderer", tt.A3Renderer), ("A4Renderer", tt.A4Renderer)):
-        if name in classes:
-            made[name] = renderer_of(classes[name], base, classes)
+    for name, student in ((name, classes[name]) for name in CLASSES if name in classes):
+        if name == "RayIntersector":
+            made[name] = intersector_of(student)
+        elif name == "MeshLightSampler":
+            made[name] = light_sampler_of(student)
+        elif name in HANDOUT:
+            made[name] = adapted(student, CLASSES[name], HANDOUT[name])
+        else:
+            made[name] = renderer_of(student, CLASSES[name], classes)
     return made
 
 
@@ -63,17 +62,17 @@ def own_members(student: type) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for base in reversed(student.__mro__):
         if base.__module__ == student.__module__ or base.__module__.startswith("student_files_"):
-            found |= {k: v for k, v in vars(base).items() if not k.startswith("__") and not k.startswith("_abc")}
-    return {name: value for name, value in found.items() if name not in NOT_TAKEN}
+            found |= {k: v for k, v in vars(base).items() if not k.startswith(("__", "_abc"))}
+    return {k: v for k, v in found.items() if k not in NOT_TAKEN and not getattr(v, "__isabstractmethod__", False)}
 
 
-def other_arguments(student: type, base: type, name: str) -> dict[str, OwnCodeError]:
+def other_arguments(student: type, base: type) -> dict[str, OwnCodeError]:
     """The handout's methods of a student's class that cannot be called as the handout calls them: name → why.
 
     They are those of the package: only the student's own code calls the student's.
     """
     found, members = {}, own_members(student)
-    for method in HANDOUT.get(name, ("shade_ray",)):
+    for method in HANDOUT[base.__name__]:
         shipped = written(base, method) if hasattr(base, method) else None
         if method in members and callable(shipped) and fitted(members[method]) is members[method]:
             try:
@@ -114,27 +113,28 @@ class StudentKernel:
         return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
 
 
-def adapted(
-    student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] | None = None
-) -> type:
+def adapted(student: type, base: type, methods: Sequence[str]) -> type:
     """A class of the package's kind with the student's methods.
 
     Args:
-        fit: changes a method, so that it can be called with the package's arguments.
-        methods: those of the handout's that are the student's; None is all.
+        methods: those of the handout's that are the student's.
     """
-    methods = HANDOUT[name] if methods is None else methods
-    others = other_arguments(student, base, name)
+    name, others = base.__name__, other_arguments(student, base)
     members = {k: v for k, v in own_members(student).items() if k in methods or k not in HANDOUT[name]}
     members = {k: if_written(student, k, v) for k, v in members.items() if k not in others}
-    if fit is not None:
-        members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
-    members |= {"__module__": student.__module__, "__doc__": student.__doc__}
-    if name in CONSTRUCTED and names_read(student) - set(members) - set(dir(base)):
-        members["__init__"] = with_attributes(base.__init__, student, CONSTRUCTED[name])  # type: ignore[misc]
+    if "BRDF" in name:
+        members = {k: fitted(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members = {k: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for k, v in members.items()}
-    made = type(name, (base,), members | {"other_arguments": others})
-    return with_some(made, methods, lambda some: adapted(student, base, name, fit, some))
+    if name in CONSTRUCTED and names_read(student) - set(members) - set(dir(base)):
+        initialise = base.__init__  # type: ignore[misc]
+
+        def begin(self: Any, *arguments: Any, **options: Any) -> None:
+            initialise(self, *arguments, **options)
+            complete(self, student, CONSTRUCTED[name](self))
+
+        members["__init__"] = begin
+    members |= {"__module__": student.__module__, "__doc__": student.__doc__, "other_arguments": others}
+    return with_some(type(name, (base,), members), methods, lambda some: adapted(student, base, some))
 
 
 # What the constructor of a student's class gets, from the package's object.
@@ -142,44 +142,29 @@ CONSTRUCTED: dict[str, Callable[[Any], dict[str, Any]]] = {
     "Camera": lambda camera: {"width": int(camera.width), "height": int(camera.height)},
     "Environment": lambda environment: {"image": np.ascontiguousarray(environment.image)},
     "MeshLightSampler": lambda sampler: {"geometry": sampler.geometry, "material_library": sampler.material_library},
-    "RayIntersector": lambda rays: {"geometry": rays.geometry},
+    "RayIntersector": lambda intersector: {"geometry": intersector.geometry},
 }
 
 
 def names_read(student: type) -> set[str]:
-    """The attributes of ``self`` that the methods of a class read."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(student)))
-    except (OSError, TypeError, SyntaxError):
-        return set()
-    of_self = (node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load))
-    return {node.attr for node in of_self if isinstance(node.value, ast.Name) and node.value.id == "self"}
-
-
-def constructed(student: type, given: dict[str, Any]) -> dict[str, Any]:
-    """The attributes that the constructor of a student's class sets, as far as it comes."""
-    made: Any = None
-    with contextlib.suppress(Exception):  # it may ask for more than what is given, or be abstract
-        made = student.__new__(student)
-        student.__init__(made, **given)  # type: ignore[misc]
-    return {} if made is None else dict(vars(made))
+    """The attributes of ``self`` that the methods of a class read, but its constructor."""
+    trees = [tree_of(value) for value in own_members(student).values() if hasattr(unwrap(value), "__code__")]
+    read = (node for tree in trees if tree is not None for node in ast.walk(tree) if isinstance(node, ast.Attribute))
+    return {node.attr for node in read if isinstance(node.ctx, ast.Load) and ast.unparse(node.value) == "self"}
 
 
 def complete(made: Any, student: type, given: dict[str, Any]) -> None:
-    """Give an object the attributes that the methods of a student's class read, and that only its constructor makes."""
+    """Give an object the attributes that the methods of a student's class read, and that only its constructor makes.
+
+    Args:
+        given: the arguments of the constructor, which is run as far as it comes: it may ask for more.
+    """
     lacking = {name for name in names_read(student) if not hasattr(made, name)}
     if lacking:
-        vars(made).update({k: v for k, v in constructed(student, given).items() if k in lacking})
-
-
-def with_attributes(usual: Callable, student: type, given: Callable[[Any], dict[str, Any]]) -> Callable:
-    """A constructor of a package's class that also sets what only the student's sets, such as a ratio or a table."""
-
-    def begin(self: Any, *arguments: Any, **options: Any) -> None:
-        usual(self, *arguments, **options)
-        complete(self, student, given(self))
-
-    return begin
+        constructed: Any = object_of(student)
+        with contextlib.suppress(Exception):
+            constructed.__init__(**given)
+        vars(made).update({k: v for k, v in vars(constructed).items() if k in lacking})
 
 
 def with_some(cls: Any, methods: Sequence[str], make: Callable[[Sequence[str]], type]) -> type:
@@ -230,26 +215,16 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
 
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
         BIND(self, geometry, triangle_test)
-        of_course = CourseGeometry(geometry)
-        given = {"geometry": of_course}
-        self.theirs = object_of(student, **constructed(student, given) | given)
+        self.theirs = object_of(student, geometry=CourseGeometry(geometry))
+        complete(self.theirs, student, CONSTRUCTED["RayIntersector"](self.theirs))
 
-    def begin(self: Any, geometry: Any = None, triangle_test: Any = "watertight") -> None:
-        BEGIN(self, geometry, triangle_test)
-
-    others = other_arguments(student, tt.RayIntersector, "RayIntersector")
-    members: dict[str, Any] = {"bind": bind, "__init__": begin, "__module__": student.__module__, "name": "student's"}
-    members["other_arguments"] = others
-    theirs = own_members(student)
+    own, others = own_members(student), other_arguments(student, tt.RayIntersector)
+    members = {"bind": bind, "__module__": student.__module__, "name": "student's", "other_arguments": others}
     for method, of_adapter in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
-        is_written = method in theirs and not getattr(theirs[method], "__isabstractmethod__", False)
-        if is_written and method in methods and methods != ["query_ray"] and method not in others:
+        if method in own and method in methods and methods != ["query_ray"] and method not in others:
             members[method] = finished(student, tt.RayIntersector, method, of_adapter)
-    return with_some(
-        type("RayIntersector", (tt.RayIntersector,), members),
-        methods,
-        lambda some: intersector_of(student, some),
-    )
+    made = type("RayIntersector", (tt.RayIntersector,), members)
+    return with_some(made, methods, lambda some: intersector_of(student, some))
 
 
 @ti.func
@@ -272,31 +247,24 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
     """
     members = own_members(student)
     ways = [name for name in ("shade_implicit", "shade_explicit") if name in members]
-    own = type(student.__name__, (student,), {"__getattr__": lambda self, name: getattr(vars(self)["renderer"], name)})
-
+    own = type(student.__name__, (student, OfPackage), {})
     initialise = base.__init__  # type: ignore[misc]
-
-    def theirs_of(self: Any) -> Any:
-        if "_theirs" not in vars(self):
-            theirs = object_of(own, renderer=self, scene_data=scene_of(self.scene_data, classes))
-            size = {"width": int(self.width), "height": int(self.height)}
-            complete(theirs, student, {**size, "scene_data": theirs.scene_data})
-            vars(self)["_theirs"] = theirs
-        return vars(self)["_theirs"]
 
     def begin(self: Any, *arguments: Any, **options: Any) -> None:
         initialise(self, *arguments, **options)
-        theirs_of(self)  # it has fields, which cannot be made while a kernel is compiled
+        theirs = object_of(own, package=self, scene_data=scene_of(self.scene_data, classes))
+        given = {"width": int(self.width), "height": int(self.height), "scene_data": theirs.scene_data}
+        complete(theirs, student, given)
+        vars(self)["_theirs"] = theirs
         if hasattr(self, "_one_sample"):
             self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read
 
     @compile_time
     def shade_ray(self: Any, ray: Any) -> Any:
-        way = f"shade_{self.active.name}"
-        name = "shade_ray" if not ways else way
+        name = f"shade_{self.active.name}" if ways else "shade_ray"
         if name not in members:
             raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
-        return call_with_known_args(getattr(theirs_of(self), name), ray)
+        return call_with_known_args(getattr(vars(self)["_theirs"], name), ray)
 
     made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:
@@ -311,7 +279,7 @@ def scene_of(scene: Any, classes: dict[str, type]) -> CourseScene:
     made = CourseScene(scene)
     for part, name in PARTS_OF_SCENE.items():
         own = getattr(made, part)
-        student = classes.get(name) or classes.get("BruteForceRayIntersector" if name == "RayIntersector" else name)
+        student = classes.get(name)
         if student is None or not (set(own_members(student)) | names_read(student)) - set(dir(own)):
             continue
         kind = type(student.__name__, (type(own), student), {"__module__": student.__module__})
@@ -330,30 +298,17 @@ PARTS_OF_SCENE = {
 
 
 def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightSampler"]) -> type:
-    """A sampler of lamps that asks an object of the student's class."""
-
-    def attribute(of: Any, name: str) -> Any:
-        """What the student's object lacks, it has from the package's."""
-        package = vars(of)["package"]
-        if name == "emissive_triangle_ids":
-            return FromOne(package.emissive_triangle_ids)
-        return total_area_of(package) if name == "total_emissive_area" else getattr(package, name)
-
-    kind = type(student.__name__, (student,), {"__getattr__": attribute, "has_emissive_triangles": True})
+    """A sampler of lamps that asks an object of the student's class; what this lacks, it has from the package's."""
+    kind = type(student.__name__, (student, CourseLights), {})
 
     def theirs_of(self: Any) -> Any:
-        if "_theirs" not in vars(self):
-            vars(self)["_theirs"] = object_of(kind, package=self)
-        return vars(self)["_theirs"]
+        return vars(self).get("_theirs", object_of(kind, package=self))
 
     def set_geometry(self: Any, geometry: Any) -> None:
-        vars(self)["_geometry"] = geometry
-        theirs = theirs_of(self)
-        vars(theirs)["geometry"] = CourseGeometry(geometry)  # it has fields
-        vars(theirs)["material_library"] = getattr(self, "material_library", None)
+        library = getattr(self, "material_library", None)
+        theirs = object_of(kind, package=self, geometry=CourseGeometry(geometry), material_library=library)
         complete(theirs, student, CONSTRUCTED["MeshLightSampler"](theirs))
-
-    geometry = property(lambda self: vars(self)["_geometry"], set_geometry)
+        vars(self).update(_geometry=geometry, _theirs=theirs)
 
     def asked(name: str) -> Callable:
         @compile_time
@@ -367,17 +322,14 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
         w_i, triangle_id = call_with_known_args(theirs_of(self).sample_mesh_lights, hit_point)
         return w_i, triangle_id - 1
 
-    def compute_cdf(self: Any) -> None:
-        theirs_of(self).compute_cdf()
-
-    own, others = own_members(student), other_arguments(student, tt.MeshLightSampler, "MeshLightSampler")
-    members: dict[str, Any] = {"compute_cdf": compute_cdf, "sample_mesh_lights": sample_mesh_lights}
-    members |= {n: asked(n) for n in ("compute_triangle_area", "sample_emissive_triangle", "evaluate_probability")}
-    members = {
+    own, others = own_members(student), other_arguments(student, tt.MeshLightSampler)
+    adapters = {name: asked(name) for name in HANDOUT["MeshLightSampler"]} | {"sample_mesh_lights": sample_mesh_lights}
+    members: dict[str, Any] = {
         name: finished(student, tt.MeshLightSampler, name, method)
-        for name, method in members.items()
+        for name, method in adapters.items()
         if name in own and name in methods and name not in others
     }
-    members |= {"geometry": geometry, "__module__": student.__module__, "other_arguments": others}
+    members["geometry"] = property(lambda self: vars(self)["_geometry"], set_geometry)
+    members |= {"__module__": student.__module__, "other_arguments": others}
     made = type("MeshLightSampler", (tt.MeshLightSampler,), members)
     return with_some(made, methods, lambda some: light_sampler_of(student, some))

@@ -5,6 +5,7 @@ Files that only hold data (``ray``, ``geometry``, …), and files that are not t
 """
 
 import ast
+import contextlib
 import importlib
 import importlib.machinery
 import importlib.util
@@ -41,9 +42,15 @@ GRADUATE: dict[str, dict[str, str]] = {  # what only graduate students hand in
     "a2": {"MicrofacetBRDF": "sampler.py"},
     "a3": {"Environment": "environment.py"},
 }
-NOT_ASKED = {"RayIntersector.query_ray", "A2Renderer.running_mean", "A3Renderer.to_solid_angle"}
-NOT_ASKED |= {"A3Renderer.power_heuristic", "A4Renderer.next_throughput", "A4Renderer.play_roulette"}
-NOT_ASKED |= {"A4Renderer.sample_light"}
+NOT_ASKED = {
+    "RayIntersector.query_ray",
+    "A2Renderer.running_mean",
+    "A3Renderer.to_solid_angle",
+    "A3Renderer.power_heuristic",
+    "A4Renderer.next_throughput",
+    "A4Renderer.play_roulette",
+    "A4Renderer.sample_light",
+}
 _numbers = itertools.count(1)
 
 
@@ -134,8 +141,13 @@ def find_folder(folder: str | Path) -> Path:
 def load(folder: str | Path) -> StudentFiles:
     """The classes that a student's files of the course define. ``errors`` has the files that cannot be run."""
     place = find_folder(folder)
-    names = [f"{name}.py" for name in STUDENTS]
-    return run_files(StudentFiles(place, module_of_course), [name for name in names if (place / name).is_file()])
+    names = [f"{name}.py" for name in STUDENTS if (place / f"{name}.py").is_file()]
+    found = run_files(StudentFiles(place, module_of_course), names)
+    if (
+        "BruteForceRayIntersector" in found.classes
+    ):  # the other one is its base class, in which ``query_ray`` is abstract
+        found.classes["RayIntersector"] = found.classes["BruteForceRayIntersector"]
+    return found
 
 
 def module_of_course(files: StudentFiles, name: str, level: int) -> str:
@@ -154,28 +166,22 @@ def asks_for(assignment: str, part: str) -> bool:
     return part not in NOT_ASKED and (is_picture or name in asked)
 
 
-def is_of_course(folder: Path, files: Sequence[str]) -> bool:
-    """Whether files of a folder are written for the course: with relative imports, or with classes of their own.
+def folder_of_course(folder: str | Path, files: Sequence[str]) -> Path | None:
+    """The folder with files that are written for the course, see ``find_folder``; None if there are none.
 
-    A class that a student of this package's assignments writes derives from one of the package's, as ``tt.Camera``.
+    They have relative imports, or classes of their own: a class that a student of this package's assignments writes
+    derives from one of the package's, as ``tt.Camera``.
     """
     names = {name for classes in ASKED.values() for name in classes}
-    for file in files:
-        try:
-            nodes = list(ast.walk(ast.parse((folder / file).read_bytes())))
-        except (OSError, SyntaxError, ValueError, RecursionError):
-            continue
-        has_relative = any(isinstance(node, ast.ImportFrom) and node.level > 0 for node in nodes)
-        has_own = any(isinstance(node, ast.ClassDef) and node.name in names and not node.bases for node in nodes)
-        if has_relative or has_own:
-            return True
-    return False
-
-
-def folder_of_course(folder: str | Path, files: Sequence[str]) -> Path | None:
-    """The folder with files that are written for the course, see ``find_folder``; None if there are none."""
     try:
         found = find_folder(folder)
     except InputError:
         return None
-    return found if is_of_course(found, [*files, *(f"{name}.py" for name in STUDENTS)]) else None
+    for file in (*files, *(f"{name}.py" for name in STUDENTS)):
+        with contextlib.suppress(OSError, SyntaxError, ValueError, RecursionError):
+            nodes = list(ast.walk(ast.parse((found / file).read_bytes())))
+            has_relative = any(isinstance(node, ast.ImportFrom) and node.level > 0 for node in nodes)
+            has_own = any(isinstance(node, ast.ClassDef) and node.name in names and not node.bases for node in nodes)
+            if has_relative or has_own:
+                return found
+    return None

@@ -3,6 +3,7 @@
 ``EnvISRenderer`` shows where samples of an environment fall, as counts in a picture of it (A3-6).
 """
 
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,7 +18,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system.compile_time import inside_kernel
+from taichi_tracer.system.compile_time import element, inside_kernel
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import filled
@@ -96,25 +97,31 @@ class FromOne:
         self.ids = ids
 
     def __getitem__(self, index: Any) -> Any:
-        return read_from_one(self.ids, index) if inside_kernel() else self.ids[index] + 1
-
-
-@ti.func
-def read_from_one(ids: ti.template(), i):
-    """An element of a field of ids, plus 1."""
-    return ids[i] + 1
+        return (element(self.ids, index) if inside_kernel() else self.ids[index]) + 1
 
 
 @ti.data_oriented
 class CourseLights(OfPackage):
-    """A sampler of lamps, with triangles from 1."""
+    """A sampler of lamps, with triangles from 1.
+
+    Attributes:
+        emissive_triangle_ids: the ids of the triangles whose material has Ke > 0.
+        total_emissive_area: the sum of their areas, as ``total_emissive_area[None]``.
+    """
+
+    has_emissive_triangles = True
 
     def __init__(self, sampler: Any, scene: Any) -> None:
         super().__init__(sampler)
-        self.has_emissive_triangles = True
         self.geometry, self.material_library = scene.geometry, scene.material_library
-        self.emissive_triangle_ids = FromOne(sampler.emissive_triangle_ids)
-        self.total_emissive_area = total_area_of(sampler)
+
+    @cached_property
+    def emissive_triangle_ids(self) -> Any:
+        return FromOne(self.package.emissive_triangle_ids)
+
+    @cached_property
+    def total_emissive_area(self) -> Any:
+        return held(float(self.package.total_area), lambda _area: None)
 
     @ti.func
     def sample_mesh_lights(self, hit_point):
@@ -150,11 +157,6 @@ class CourseScene(OfPackage):
             self.mesh_light_sampler = CourseLights(scene.lamps.choice, self)
 
 
-def total_area_of(sampler: Any) -> Any:
-    """The area of all emissive triangles, as ``total_emissive_area[None]``."""
-    return held(float(sampler.total_area), lambda _area: None)
-
-
 # ── samples of an environment, counted (A3-6) ──
 
 
@@ -177,14 +179,14 @@ class EnvISRenderer:
         UNIFORM = 1, "uniform"
         ENVMAP = 2, "envmap"
 
-    def __init__(self, width: int, height: int, scene_data: SceneData, seed: int = 0) -> None:
+    def __init__(self, width: int, height: int, scene_data: SceneData) -> None:
         if scene_data.environment is None:
             raise InputError("EnvISRenderer needs a scene with an environment, such as environment='studio'")
         self.scene_data, self.environment, self.width, self.height = scene_data, scene_data.environment, width, height
         self.light = EnvironmentLight(self.environment, scene_data.effects)
         self.light.prepare()
         self.sampler = IndependentSampler()
-        self.seed, self.samples, self.mode = seed, 0, self.SampleMode.UNIFORM
+        self.samples, self.mode = 0, self.SampleMode.UNIFORM
         zeros = np.zeros((width, height, 3))
         self._memory, (self.background, self.count_map) = filled(zeros, zeros[..., 0], indices=2)
 
@@ -222,23 +224,18 @@ class EnvISRenderer:
         """Add so many samples to ``count_map``."""
         if not samples >= 1:
             raise InputError(f"EnvISRenderer: samples must be at least 1, not {samples!r}")
-        self._count(int(samples), self.samples, self.seed, self.mode == self.SampleMode.ENVMAP)
+        self._count(int(samples), self.samples, self.mode == self.SampleMode.ENVMAP)
         self.samples += int(samples)
 
     @ti.kernel
-    def _count(self, samples: ti.i32, first: ti.u32, seed: ti.u32, follows_light: ti.template()):
+    def _count(self, samples: ti.i32, first: ti.u32, follows_light: ti.template()):
         for i in range(samples):
-            xi = self.sampler.start(seed, 0, 0, first + ti.cast(i, ti.u32)).next_2d()
+            xi = self.sampler.start(ti.u32(0), 0, 0, first + ti.cast(i, ti.u32)).next_2d()
             u, v = xi.x, xi.y
             if ti.static(follows_light):
-                u, v = self.importance_sample_envmap(xi)
+                _, _, turned, height = self.light.find_texel(xi)
+                u = turned - self.environment.settings[1]  # the image does not have the rotation of the environment
+                v = 0.5 + tm.asin(tm.clamp(height, -1, 1)) / tm.pi
             x = ti.min(ti.cast(u * self.width, ti.i32), self.width - 1)
             y = ti.min(ti.cast(v * self.height, ti.i32), self.height - 1)
             self.count_map[x, y] += 1
-
-    @ti.func
-    def importance_sample_envmap(self, xi):
-        """(u, v) in [0, 1)² of a point of the image, with v up."""
-        _, _, u, height = self.light.find_texel(xi)
-        u -= self.environment.settings[1]  # the rotation of the environment, which the image does not have
-        return u, 0.5 + tm.asin(tm.clamp(height, -1, 1)) / tm.pi

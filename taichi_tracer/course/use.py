@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import taichi_tracer as tt
 from taichi_tracer.course import adapters, files
@@ -17,30 +18,19 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import unfinished, where_in
 
-ABSENT = object()
-# The class of this package whose methods an adapter of the same name has.
-CLASSES: dict[str, Any] = {
-    "Camera": tt.Camera,
-    "Environment": tt.Environment,
-    "UniformSampler": tt.UniformSampler,
-    "BRDF": tt.BRDF,
-    "MicrofacetBRDF": tt.MicrofacetBRDF,
-    "RayIntersector": tt.RayIntersector,
-    "MeshLightSampler": tt.MeshLightSampler,
-    "A2Renderer": tt.A2Renderer,
-    "A3Renderer": tt.A3Renderer,
-    "A4Renderer": tt.A4Renderer,
-}
 # What an adapter has of Python, of Taichi and for grading: it is not assigned to the package's class.
-LEFT = ("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl", "_data_oriented")
-LEFT += ("__getattribute__", "alone", "without", "name")
+LEFT = {
+    *("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl"),
+    *("_data_oriented", "__getattribute__", "alone", "without", "name"),
+}
 
 
 class Course:
     """The files of a student, in use until ``undo``; scenes and renderers that exist already stay as they are.
 
     Attributes:
-        folder: where the files are. errors: name of a file that cannot be used → why, with the line.
+        folder: where the files are. files: those that are in use, such as "camera.py".
+        errors: name of a file that cannot be used → why, with the line.
         uses: lines such as "camera.py: Camera.generate_ray, Camera.compute_matrix".
         unfinished: the handout's methods that are not written yet, or that cannot run: name → why. Only a picture that
             uses one of them ends with this error.
@@ -54,17 +44,17 @@ class Course:
         self.folder = found.folder
         self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}
         made = adapters.adapters_of(found.classes)
-        self._members = {name: members_of(cls) for name, cls in made.items()}
+        self._members = {name: {k: v for k, v in vars(cls).items() if k not in LEFT} for name, cls in made.items()}
         others = {f"{name}.{method}": why for name, cls in made.items() for method, why in cls.other_arguments.items()}
         self.other_arguments = others
-        self._former: list[tuple[Any, str, Any]] = []
-        files_of = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
-        self._home = {name: files_of.get(name, "ray_intersector.py") for name in self._members}
-        if not self._members:
-            reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(CLASSES)}"
+        self._assigned = contextlib.ExitStack()
+        self._home = {name: f"{found.classes[name].__module__.rpartition('.')[2]}.py" for name in made}
+        self.files = list(dict.fromkeys(self._home.values()))
+        if not made:
+            reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(adapters.CLASSES)}"
             raise InputError(f"{folder}: nothing there can be used: {reasons}")
         self.apply()
-        not_done = [(name, unfinished(CLASSES[name])) for name in self._members]
+        not_done = [(name, unfinished(adapters.CLASSES[name])) for name in made]
         self.unfinished = {f"{name}.{method}": why for name, found in not_done for method, why in found.items()}
         self.uses = []
         for name, members in self._members.items():
@@ -87,22 +77,16 @@ class Course:
         """Use the files, or only one of them."""
         for name, members in self._members.items():
             for member, value in members.items() if file in (None, self._home[name]) else ():
-                self._assign(CLASSES[name], member, value)
+                self._assign(adapters.CLASSES[name], member, value)
         if "A3Renderer" not in self._members:  # it derives from A2Renderer, and its modes have other numbers
             self._assign(tt.A3Renderer, "shade_ray", vars(ProgressiveRenderer)["shade_ray"])
 
     def _assign(self, cls: Any, member: str, value: Any) -> None:
-        self._former.append((cls, member, vars(cls).get(member, ABSENT)))
-        setattr(cls, member, value)
+        self._assigned.enter_context(patch.object(cls, member, value, create=True))
 
     def undo(self) -> None:
         """Use the package's own methods again, for scenes and renderers that are made from now on."""
-        for cls, member, value in reversed(self._former):
-            if value is ABSENT:
-                delattr(cls, member)
-            else:
-                setattr(cls, member, value)
-        self._former.clear()
+        self._assigned.close()
 
     def reference(self) -> AbstractContextManager[None]:
         """The package's own methods within a ``with``, for a comparison."""
@@ -119,11 +103,6 @@ class Course:
             self.undo()
             self.apply()
 
-    @property
-    def files(self) -> list[str]:
-        """The files that are in use, such as "camera.py"."""
-        return list(dict.fromkeys(self._home.values()))
-
     def __enter__(self) -> "Course":
         return self
 
@@ -132,11 +111,6 @@ class Course:
 
     def __repr__(self) -> str:
         return "\n".join([f"files of the course in {self.folder}", *self.notes()])
-
-
-def members_of(adapter: type) -> dict[str, Any]:
-    """What an adapter defines."""
-    return {name: value for name, value in vars(adapter).items() if name not in LEFT}
 
 
 def text_of_error(error: BaseException, file: Path) -> str:
