@@ -10,7 +10,7 @@ import taichi as ti
 
 from taichi_tracer.camera import make_camera, through_pixel
 from taichi_tracer.contracts.lab import Rows
-from taichi_tracer.contracts.statistics import check_near, check_unit
+from taichi_tracer.contracts.statistics import CORNERS, check_near, check_unit
 from taichi_tracer.system import runtime
 
 WIDTH, HEIGHT = 33, 24
@@ -60,43 +60,35 @@ def poses(camera):
 
 def check_rays_are_finite(camera):
     """Every ray is finite, and its direction has unit length: at pixel centres, at corners, wherever the camera is."""
-    pixels = np.concatenate([PIXELS] * 2)
-    xi = np.concatenate([np.full((len(pixels) // 2, 2), 0.5), np.random.default_rng(1).random((len(pixels) // 2, 2))])
-    xi[-4:] = [[0, 0], [0, 1 - 2**-24], [1 - 2**-24, 0], [1 - 2**-24, 1 - 2**-24]]
+    xi = np.random.default_rng(1).random(PIXELS.shape)
+    xi[-4:] = CORNERS
     for name, *_ in poses(camera):
-        for o, d in (rays(camera, pixels), rays(camera, pixels, xi)):
+        for o, d in (rays(camera, PIXELS), rays(camera, PIXELS, xi)):
             wrong = ~np.isfinite(np.column_stack([o, d])).all(axis=1)
-            assert not wrong.any(), f"{camera.name}, {name}: pixel {pixels[wrong][0]} has a ray that is not finite"
+            assert not wrong.any(), f"{camera.name}, {name}: pixel {PIXELS[wrong][0]} has a ray that is not finite"
             check_unit(f"{camera.name}, {name}", d, TOLERANCE)
 
 
 def check_central_ray_meets_at(camera):
-    """The ray through the middle of the picture passes through the point that is looked at, in front of its origin.
-
-    Of a camera whose window is not symmetric, the middle of the window looks elsewhere: that is not checked.
-    """
-    l, r, b, t = camera.screen_window
-    if abs(l + r) > 1e-6 * (r - l) or abs(b + t) > 1e-6 * (t - b):
-        return
+    """The ray through the middle of the picture passes through the point that is looked at, in front of its origin."""
+    left, right, _, _ = camera.screen_window
     for name, eye, at, _ in poses(camera):
         o, d = (v[0] for v in rays(camera, [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]))
         distance = np.linalg.norm(at - eye)
         past = np.linalg.norm(np.cross(at - o, d))
-        limit = TOLERANCE * (distance + np.abs(eye).max() + (r - l) * camera.is_parallel)  # in world units
+        limit = TOLERANCE * (distance + np.abs(eye).max() + (right - left) * camera.is_parallel)  # in world units
         assert past < limit, f"{camera.name}, {name}: the central ray passes {past:.2g} from at"
         assert (at - o) @ d > 0, f"{camera.name}, {name}: the central ray leads away from at"
 
 
 def check_rays_move_with_the_camera(camera):
-    """A camera that is turned and moved has rays that are turned and moved with it; its version counts that."""
+    """A camera that is turned and moved has rays that are turned and moved with it."""
     turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
     turn *= np.linalg.det(turn)  # a rotation, without a mirror
     move = np.array([0.5, -2.0, 1.5])
     for name, eye, at, up in poses(camera):
-        version = camera.version
         o, d = rays(camera, PIXELS)
         camera.set_camera_parameters(eye=turn @ eye + move, at=turn @ at + move, up=turn @ up)
-        assert camera.version != version, f"{camera.name}: version does not count that the camera moved"
         o_moved, d_moved = rays(camera, PIXELS)
         # eye and at are rounded to f32 on their way, if they are; far away that turns the gaze.
         gaze = 4 * np.abs(eye).max() / np.linalg.norm(at - eye) if runtime.dtype() == np.float32 else 0
@@ -110,12 +102,10 @@ def check_handedness_mirrors(camera):
     """The picture of the other handedness is the mirror image."""
     mirrored = np.column_stack([WIDTH - 1 - PIXELS[:, 0], PIXELS[:, 1]])
     for name, eye, *_ in poses(camera):
-        camera.set_camera_parameters(handedness="left")
-        left = rays(camera, PIXELS)
         camera.set_camera_parameters(handedness="right")
         right = rays(camera, mirrored)
         camera.set_camera_parameters(handedness="left")
-        for one, other, size in zip(left, right, (1 + np.abs(eye).max(), 1), strict=True):
+        for one, other, size in zip(rays(camera, PIXELS), right, (1 + np.abs(eye).max(), 1), strict=True):
             check_near(f"{camera.name}, {name}: rays are not mirrored by handedness", one, other, TOLERANCE * size)
 
 
@@ -135,9 +125,8 @@ def check_fractions_of_a_pixel(camera):
 def check_it_can_be_made_again(camera):
     """``make_camera`` with its ``parameters`` makes a camera with the same rays: files and checkpoints rely on it."""
     other = make_camera(WIDTH, HEIGHT, **camera.parameters())
-    assert type(other) is type(camera), f"{camera.name}: make_camera(**parameters()) makes a {type(other).__name__}"
     same = all((a == b).all() for a, b in zip(rays(camera, PIXELS), rays(other, PIXELS), strict=True))
-    assert same, f"{camera.name}: make_camera(**parameters()) makes a camera with other rays"
+    assert same, f"{camera.name}: make_camera(**parameters()) makes a {type(other).__name__} with other rays"
 
 
 STEPS = (

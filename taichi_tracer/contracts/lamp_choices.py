@@ -8,47 +8,41 @@ import numpy as np
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.contracts.statistics import ABOVE_ZERO, check_near, check_range, chi_square_p, chi_square_sf, sidak
+from taichi_tracer.contracts.statistics import (
+    LAST,
+    check_near,
+    check_range,
+    chi_square_p,
+    chi_square_sf,
+    sidak,
+    uniform_pairs,
+)
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 200_000  # of each point
-ALL_NUMBERS = 1 << 24  # the random numbers of f32
 BINS = 16  # of what is left of a random number
 ROUNDING = 1e-5  # of a probability: a product of shares in f32
-LAST = 1 - 2.0**-24  # the largest random number
 LAMPS = 37  # not a power of 2, so that a binary tree has empty leaves
 DIM_LAMP, DIM_SIZE = 18, 1e-6  # one in the middle of the list, with about 10⁻¹² of the area and of the power of all
 
 
 class Bench:
-    """A choice in a scene of its own, to be asked from Python.
+    """A choice, or its class, in a scene of ``many_lamps``, to be asked from Python."""
 
-    Args:
-        corners: (L, 3, 3) of triangles; their fronts emit.
-        radiance: (L,) of them.
-        part: a ``LampChoice``, or its class.
-    """
-
-    def __init__(self, corners, radiance, part):
-        materials = [tt.Material(f"lamp{i}", Ke=(ke, ke, ke)) for i, ke in enumerate(radiance)]
-        ids = np.arange(len(radiance), dtype=np.int32)
-        faces = np.arange(3 * len(ids), dtype=np.int32).reshape(-1, 3)
-        mesh = Mesh(np.reshape(corners, (-1, 3)), faces, face_materials=ids, materials=materials)
-        self.scene = tt.SceneData(mesh, lamp_choice=part)
-        self.lamps = self.scene.lamps
-        self.lamps.prepare()
-        self.choice, self.count, self.name = self.lamps.choice, self.lamps.count, part.name
-
+    def __init__(self, part):
+        self.scene = tt.SceneData(many_lamps(), lamp_choice=part)
+        self.scene.lamps.prepare()
+        self.choice, self.name = self.scene.lamps.choice, part.name
         self.chosen = Rows(self.choice.choose, [3, 3, 1], [WHOLE, 1, 1])  # x, n, (N,) ξ → lamp, probability, rest, (N,)
         self._probability = Rows(self.choice.probability, [3, 3, WHOLE], [1])
 
     def probabilities(self, x, n):
-        """(L,) of all lamps at one point."""
-        return self._probability(x, n, np.arange(self.count))
+        """(LAMPS,) of all lamps at one point."""
+        return self._probability(x, n, np.arange(LAMPS))
 
 
 def many_lamps():
-    """((L, 3, 3) corners, (L,) radiance) of triangles in a cube of side 6, of very different sizes and powers.
+    """Triangles whose fronts emit, in a cube of side 6, of very different sizes and powers.
 
     ``DIM_LAMP`` hangs high above them all, and faces down.
     """
@@ -58,12 +52,13 @@ def many_lamps():
     corners[DIM_LAMP] = DIM_SIZE * np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]]) + [0, 10, 0]
     radiance = 10.0 ** rng.uniform(-2, 2, LAMPS)
     radiance[DIM_LAMP] = 1
-    return corners, radiance
+    faces, ids = np.arange(3 * LAMPS, dtype=np.int32).reshape(-1, 3), np.arange(LAMPS, dtype=np.int32)
+    materials = [tt.Material(f"lamp{i}", Ke=(ke, ke, ke)) for i, ke in enumerate(radiance)]
+    return Mesh(corners.reshape(-1, 3), faces, face_materials=ids, materials=materials)
 
 
-def points(corners):
-    """(x, n) of points among the lamps, on a lamp, at a corner of one, in its plane, far away, and farther."""
-    first = corners[0]
+def points(first):
+    """(x, n) of points among the lamps, on the first lamp, at its corner, in its plane, far away, and farther."""
     edge, other = first[1] - first[0], first[2] - first[0]
     normal = np.cross(edge, other) / np.linalg.norm(np.cross(edge, other))
     centre, up = first.mean(axis=0), np.array([0.0, 1.0, 0.0])
@@ -84,9 +79,8 @@ def points(corners):
 
 def check_lamp_choice(part):
     """Probabilities that add up to 1, choices that follow them, and no lamp that is never chosen."""
-    corners, radiance = many_lamps()
-    bench = Bench(corners, radiance, part)
-    places = points(corners)
+    bench = Bench(part)
+    places = points(bench.scene.mesh.vertices[:3])
     level = sidak(2 * len(places))
     for i, (x, n) in enumerate(places):
         check_choices(bench, x, n, level, seed=i)
@@ -101,15 +95,14 @@ def check_choices(bench, x, n, level, seed):
     expected, what = bench.probabilities(x, n), f"{bench.name} at {x}"
     check_range(f"{what}: a probability", expected, 0)
     check_near(f"{what}: the probabilities of all lamps do not add up to 1", expected.sum(), 1, LAMPS * ROUNDING)
-    xi = np.random.default_rng(seed).integers(0, ALL_NUMBERS, SAMPLES) / ALL_NUMBERS
+    xi = uniform_pairs(SAMPLES, seed)[:, 0]
     xi[:2] = 0, LAST
     lamp, probability, rest = bench.chosen(x, n, xi)
     lamp = lamp.astype(int)
-    check_range(f"{what}: the number of a lamp that choose returns", lamp, 0, bench.count - 1)
-    check_range(f"{what}: a probability that choose returns", probability, ABOVE_ZERO)
+    check_range(f"{what}: the number of a lamp that choose returns", lamp, 0, LAMPS - 1)
     shares = probability / expected[lamp]
     check_near(f"{what}: choose returns a probability that is not that of its lamp", shares, 1, LAMPS * ROUNDING)
-    p = chi_square_p(np.bincount(lamp, minlength=bench.count), SAMPLES * expected)
+    p = chi_square_p(np.bincount(lamp, minlength=LAMPS), SAMPLES * expected)
     assert p > level, f"{what}: lamps are not chosen with their probabilities: p = {p:.1e}"
     if not bench.choice.samples_points:  # such a choice draws the point itself, and nobody uses what is left
         check_range(f"{what}: the rest", rest, 0, LAST)

@@ -12,6 +12,7 @@ import taichi_tracer as tt
 from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import (
     ABOVE_ZERO,
+    CORNERS,
     check_density,
     check_near,
     check_range,
@@ -63,10 +64,9 @@ def check_ambient(light):
     def reflected(ka):
         return light.reflected(ti.Struct(Ka=tm.vec3(ka)))
 
-    one, none, twice = Rows(reflected, [1], [3])([1.0, 0.0, 2.0])
-    check_range(f"{light.name}: reflected", one, 0)
-    assert not none.any(), f"{light.name}: a surface without ambient colour shows {none}"
-    np.testing.assert_allclose(twice, 2 * one, rtol=VALUE_TOLERANCE, err_msg=light.name)
+    shown, ka = Rows(reflected, [1], [3])([1.0, 0.0, 2.0]), np.array([[1.0], [0.0], [2.0]])
+    check_range(f"{light.name}: reflected", shown, 0)
+    check_near(f"{light.name}: it is not in proportion to Ka", shown, ka * shown[0], VALUE_TOLERANCE * shown.max())
 
 
 def steps(light):
@@ -80,8 +80,7 @@ def steps(light):
 
 def check_samples_are_legal(bench):
     """Directions of unit length; finite radiance and densities, of at least 0; distances above 0, ∞ where it is far."""
-    light, corner = bench.light, np.float32(1) - np.float32(2**-24)
-    xi = np.concatenate([[[0, 0], [0, corner], [corner, 0], [corner, corner]], uniform_pairs(5000, seed=1)])
+    light, xi = bench.light, np.concatenate([CORNERS, uniform_pairs(5000, seed=1)])
     for x in bench.points:
         w_i, distance, radiance, pdf = bench.sample(x, xi)
         what = f"{light.name} at {x}"
@@ -138,6 +137,5 @@ def check_sample_follows_pdf(bench):
 
 
 def check_facts(light):
-    """What checkpoints know of it is the same when asked twice, and is that of this light: no address in memory."""
-    assert light.facts() == light.facts()
+    """What checkpoints know of it is the same in every run: no address in memory."""
     assert " at 0x" not in repr(light.facts()), f"{light.name}: facts differ from run to run: {light.facts()}"

@@ -51,9 +51,9 @@ def keys_of_pixels(index=0):
     return np.column_stack([x, y, np.full(x.shape, index)])
 
 
-def keys_of_samples(x, y, count, step=1):
+def keys_of_samples(x, y, count):
     """(count, 3) samples of one pixel."""
-    return np.column_stack([np.full(count, x), np.full(count, y), np.arange(count) * step])
+    return np.column_stack([np.full(count, x), np.full(count, y), np.arange(count)])
 
 
 # ── the checks ──
@@ -64,9 +64,8 @@ def check_same_numbers_for_the_same_key(sampler):
     keys = np.concatenate([keys_of_pixels(), keys_of_pixels(3)])
     first = numbers(sampler, keys, 4)
     order = np.random.default_rng(1).permutation(len(keys))
-    assert (numbers(sampler, keys, 4) == first).all(), f"{sampler.name}: the numbers differ from call to call"
     assert (numbers(sampler, keys[order], 4) == first[order]).all(), (
-        f"{sampler.name}: the numbers depend on their order"
+        f"{sampler.name}: the numbers differ from call to call, or depend on their order"
     )
     assert len(np.unique(first[:, 0], axis=0)) == len(keys), f"{sampler.name}: two pixels or samples have the same pair"
     other = numbers(sampler, keys, 4, seed=1)
@@ -131,17 +130,13 @@ def check_dimensions_advance(sampler):
     @ti.func
     def by_turns(x, y, index):
         rng = sampler.start(ti.u32(0), x, y, ti.cast(index, ti.u32))
-        first = rng.next_2d()
-        second, third = rng.next_1d(), rng.next_1d()
-        return first, second, third, rng.next_2d()
+        return rng.next_2d(), rng.next_1d(), rng.next_1d(), rng.next_2d()
 
     found = np.column_stack(Rows(by_turns, [WHOLE] * 3, [2, 1, 1, 2])(*keys_of_pixels().T))
     check_range(f"{sampler.name}: a number", found, 0, BELOW_ONE)
     r = np.corrcoef(found.T.astype(np.float64))[np.triu_indices(6, 1)]
     z = np.abs(r).max() * np.sqrt(len(found))
     assert z < largest_z(len(r), ALPHA_OF_ONE), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"
-    expected = numbers(sampler, keys_of_pixels(), 1)[:, 0]
-    assert (found[:, :2] == expected).all(), f"{sampler.name}: next_2d differs from next_2d of the same key"
 
 
 def check_two_dimensions_fill_the_square(sampler):

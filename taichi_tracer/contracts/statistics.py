@@ -14,9 +14,12 @@ import numpy as np
 # The probability that a part which is right fails one of all the tests of its contract. The seeds are fixed, so that a
 # part which passes once passes always.
 ALPHA = 0.01
+LAST = 1 - 2.0**-24  # the largest random number of f32
+CORNERS = np.array([[0, 0], [0, LAST], [LAST, 0], [LAST, LAST]])  # of pairs of random numbers
 ABOVE_ZERO = np.finfo(np.float64).tiny  # the least value of what must not be 0
-QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
+QUARTERS = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])  # corners of the quarters of a rectangle, in their size
 PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
+CELL_TOLERANCE, MOST_HALVINGS = 3e-6, 9  # of the integral over a rectangle; how often the sides of a cell are halved
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
 
@@ -75,8 +78,7 @@ class SphereCells:
     def of_samples(cls, directions, rings=12):
         """Rings that hold equally many of the directions, about their mean, and wider and wider ones beyond them."""
         axis = directions.mean(axis=0)
-        length = np.linalg.norm(axis)
-        axis = axis / length if length > 0 else np.array([0.0, 0.0, 1.0])
+        axis /= np.linalg.norm(axis)
         s = np.square(directions - axis).sum(axis=1) / 4
         edges = np.quantile(s, np.arange(1, rings + 1) / rings)
         doublings = int(np.ceil(np.log2(1 / max(edges[-1], 1e-30))))
@@ -100,10 +102,8 @@ class SphereCells:
         cells = np.bincount(ring * self.columns + column, minlength=(len(self.edges) - 1) * self.columns)
         return cells.reshape(-1, self.columns)
 
-    def integrals(self, function, tolerance=3e-6, most_halvings=9, least_halvings=1):
+    def integrals(self, function, least_halvings=1):
         """(rings, columns, k) ∫ f dω over each cell, by Gauss's rule in s and φ.
-
-        A rectangle of s and φ is cut in four until that changes its integral by less than the tolerance.
 
         Args:
             function: (N, 3) unit directions → (N,) or (N, k); k is 1 for (N,).
@@ -113,26 +113,29 @@ class SphereCells:
         ring, column = np.mgrid[0:rings, 0 : self.columns].reshape(2, -1)
         corners = np.stack([self.edges[ring], step * column], axis=1)
         sizes = np.stack([np.diff(self.edges)[ring], np.full(len(ring), step)], axis=1)
-        cell = np.arange(len(ring))
-        coarse = self._of_rectangles(function, corners, sizes)
-        total = np.zeros_like(coarse)
-        if self.nodes == 1:
-            return coarse.reshape(rings, self.columns, -1)
-        for k in range(most_halvings):
-            quarters = np.repeat(corners, 4, axis=0) + np.tile(QUARTERS, (len(corners), 1)) * np.repeat(
-                sizes, 4, axis=0
-            )
-            fine = self._of_rectangles(function, quarters, np.repeat(sizes, 4, axis=0) / 2)
-            together = fine.reshape(-1, 4, fine.shape[1]).sum(axis=1)
-            is_open = (np.abs(together - coarse) > tolerance).any(axis=1) | (k < least_halvings)
-            is_open &= k < most_halvings - 1
-            np.add.at(total, cell[~is_open], together[~is_open])
-            if not is_open.any():
-                break
+        found = self._of_rectangles(function, corners, sizes)
+        if self.nodes > 1:
+            found = self._refined(function, corners, sizes, found, least_halvings)
+        return found.reshape(rings, self.columns, -1)
+
+    def _refined(self, function, corners, sizes, coarse, least_halvings, halvings=1):
+        """(N, k) ∫ f dω over rectangles, each cut in four until that changes its integral by less than a tolerance.
+
+        Args:
+            coarse: (N, k) the integrals over the whole rectangles. halvings: how often they are cut with this one.
+        """
+        quarter_sizes = np.repeat(sizes, 4, axis=0) / 2
+        quarters = np.repeat(corners, 4, axis=0) + np.tile(QUARTERS, (len(corners), 1)) * quarter_sizes
+        fine = self._of_rectangles(function, quarters, quarter_sizes)
+        total = fine.reshape(-1, 4, fine.shape[1]).sum(axis=1)
+        is_open = (np.abs(total - coarse) > CELL_TOLERANCE).any(axis=1) | (halvings <= least_halvings)
+        if is_open.any() and halvings < MOST_HALVINGS:
             four = np.repeat(is_open, 4)
-            corners, sizes, coarse = quarters[four], np.repeat(sizes[is_open], 4, axis=0) / 2, fine[four]
-            cell = np.repeat(cell[is_open], 4)
-        return total.reshape(rings, self.columns, -1)
+            finer = self._refined(
+                function, quarters[four], quarter_sizes[four], fine[four], least_halvings, halvings + 1
+            )
+            total[is_open] = finer.reshape(-1, 4, fine.shape[1]).sum(axis=1)
+        return total
 
     def _of_rectangles(self, function, corners, sizes):
         """(N, k) ∫ f dω over (N, 2) rectangles of s and φ."""
@@ -180,10 +183,10 @@ def check_density(what, sample, function, count, level, seed, cells=None):
     Returns:
         The (count, 3) directions, and (k,) the integrals of all columns.
     """
-    if cells is None:
-        cells = SphereCells.of_samples(sample(uniform_pairs(10_000, seed=1000 + seed)))
     w_i = sample(uniform_pairs(count, seed=seed))
     check_unit(what, w_i)
+    if cells is None:
+        cells = SphereCells.of_samples(sample(uniform_pairs(10_000, seed=1000 + seed)))
     for halvings in (1, 3):  # the second time only if the integrals may be what is wrong
         integrals = cells.integrals(function, least_halvings=halvings)
         total, p = integrals.sum(axis=(0, 1)), chi_square_p(cells.counts(w_i), count * integrals[..., 0])

@@ -24,11 +24,9 @@ from taichi_tracer.contracts.statistics import SphereCells
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system.parts import replaced
 
-Step = tuple[str, Callable[[], Any]]  # what is checked, and the check
 
-
-def steps_of(part: Any) -> list[Step]:
-    """The checks of a part; none of a renderer, which only puts others together."""
+def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
+    """What is checked of a part, and the check; none of a renderer, which only puts others together."""
     return [(sentence(check), check) for check in checks_of(part)]
 
 

@@ -17,12 +17,10 @@ def _taichi():
     intersectors.truth.cache_clear()  # of another precision
 
 
-PARTS_BUT_TRUTH = pytest.mark.parametrize(
-    "part", [part for part in PARTS.all("intersector") if part is not intersectors.TRUTH], ids=lambda part: part.name
-)
+EVERY = pytest.mark.parametrize("part", PARTS.all("intersector"), ids=lambda part: part.name)
 
 
-@PARTS_BUT_TRUTH
+@EVERY
 def test_intersector(part):
     intersectors.check_intersector(part)
 
@@ -50,7 +48,7 @@ def identical(rng):
 HARD = (exponentially_spaced, one_centroid, identical)
 
 
-@PARTS_BUT_TRUTH
+@EVERY
 @pytest.mark.parametrize("shape", HARD)
 def test_the_build_of_a_hard_shape_ends(part, shape):
-    assert intersectors.check_equals_brute_force(part, shape, count=200).is_hit.any()
+    intersectors.check_equals_brute_force(part, shape, count=200)
