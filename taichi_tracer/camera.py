@@ -270,7 +270,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
     def parameters(self) -> dict[str, Any]:
         """The arguments with which ``make_camera`` makes this camera again, except for its size."""
         values = {"projection": self.name, **{k: v for k, v in vars(self.view).items() if v is not None}}
-        return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
+        return values if "fov" in values else values | {"screen_window": values.get("screen_window", DEFAULT_WINDOW)}
 
     def __repr__(self) -> str:
         values = self.parameters()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.formulas.points import box_of, named
+from taichi_tracer.formulas.points import box_of
 from taichi_tracer.formulas.triangles import stable_normal, thinness, thinness_of, unit, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
@@ -322,7 +322,7 @@ class Geometry:
             used = mesh.placed.points(mesh.placed.boxes(mesh))
             used = used if len(used) > 0 else np.zeros((1, 3))
             return box_of(used)
-        corners = [mesh.vertices[named(mesh.faces, len(mesh.vertices))]] if len(mesh.faces) > 0 else []
+        corners = [mesh.vertices[np.isin(np.arange(len(mesh.vertices)), mesh.faces)]] if len(mesh.faces) > 0 else []
         if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
         used = np.concatenate(corners) if corners else np.zeros((1, 3))

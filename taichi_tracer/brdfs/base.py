@@ -6,8 +6,6 @@ cosine. Densities are per solid angle. No light is reflected from a w_i below th
 horizon of the triangle's plane.
 """
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 
@@ -43,7 +41,7 @@ class Brdf:
     needs = "a material for it"
     parameters: dict[str, float | tuple[float, float, float]] = {}
 
-    def describes(self, material: Any, dtype: type) -> bool:
+    def describes(self, material, dtype: type) -> bool:
         """Whether this BRDF describes a ``Material``. If several do, the one that was registered last is used.
 
         Args:
@@ -78,8 +76,7 @@ class Brdf:
     @compile_time
     def sample_weight(self, material, w_o, w_i, n):
         """The weight for integrators: ``weight``; or a quotient, if ``eval`` or ``pdf`` is newer than ``weight``."""
-        directions = w_o, w_i, n
-        return self.weight(material, *directions) if owns_weight(self) else eval_over_pdf(self, material, *directions)
+        return self.weight(material, w_o, w_i, n) if owns_weight(self) else eval_over_pdf(self, material, w_o, w_i, n)
 
 
 @ti.data_oriented

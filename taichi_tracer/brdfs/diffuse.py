@@ -1,7 +1,5 @@
 """The diffuse BRDF: a surface that looks equally bright from all directions (Lambert; A2-4)."""
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 
@@ -20,7 +18,7 @@ class Diffuse(Brdf):
     reaches_all = True
     needs = "a material with Ns of 1 or less"
 
-    def describes(self, material: Any, dtype: type) -> bool:
+    def describes(self, material, dtype: type) -> bool:
         """Ns of 1 or less, or no Ns in the file (C-4)."""
         return material.Ns <= 1
 

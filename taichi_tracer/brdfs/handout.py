@@ -3,8 +3,6 @@
 A class with these names takes the place of the package's own BRDFs as soon as one of its methods is replaced.
 """
 
-from typing import Any
-
 import taichi as ti
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
@@ -15,12 +13,11 @@ from taichi_tracer.system.parts import call_with_known_args, overridable, replac
 @ti.data_oriented
 @overridable()
 class HandoutBrdf(Brdf):
-    """What integrators ask, in the words of the handouts. A subclass defines ``sample_direction`` and so on."""
+    """What integrators ask, in the words of the handouts.
 
-    sample_direction: Any
-    evaluate_probability: Any
-    evaluate_brdf: Any
-    evaluate_brdf_factor: Any
+    A subclass defines ``sample_direction``, ``evaluate_probability``, ``evaluate_brdf`` and ``evaluate_brdf_factor``.
+    """
+
     other_arguments: dict[str, Exception] = {}  # methods of a course's class in whose place the package's run
 
     @ti.func

@@ -1,7 +1,5 @@
 """The limit of Phong's lobe for Ns → ∞: a reflection into the single direction ω_r, with Phong's weight (C-3)."""
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 
@@ -20,7 +18,7 @@ class Mirror(DeltaBrdf):
     name = "mirror"
     needs = "a material with an Ns so large that it is a mirror"
 
-    def describes(self, material: Any, dtype: type) -> bool:
+    def describes(self, material, dtype: type) -> bool:
         """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
         return material.Ns >= MIRROR_FROM and not material.is_rough
 

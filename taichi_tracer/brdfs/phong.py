@@ -1,7 +1,5 @@
 """Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4)."""
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 
@@ -29,7 +27,7 @@ class Phong(Brdf):
     reaches_all = True
     needs = "a material with Ns > 1"
 
-    def describes(self, material: Any, dtype: type) -> bool:
+    def describes(self, material, dtype: type) -> bool:
         """Ns > 1, and a lobe that is wider than the rounding error of a direction in f32."""
         return 1 < material.Ns < MIRROR_FROM and not material.is_rough
 

@@ -11,8 +11,6 @@ The base gets what passes the layer, and lets out what passes it again. (The fil
 reflects up to 16 % more light than arrives at grazing angles.) A pure metal, m = 1, is a plain ``Microfacet``.
 """
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 
@@ -36,7 +34,7 @@ class RoughLayer(Brdf):
     reaches_all = True
     needs = "a material of a glTF file that is no pure metal"
 
-    def describes(self, material: Any, dtype: type) -> bool:
+    def describes(self, material, dtype: type) -> bool:
         """A roughness, and the key ``layered``."""
         return material.is_rough and material.value(LAYERED, 0.0) == 1
 

@@ -2,10 +2,9 @@
 
 import taichi as ti
 import taichi.math as tm
-from taichi.lang import impl
 
 from taichi_tracer.ray import Ray, offset_origin
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, element, variable
 
 
 class Surface:
@@ -35,12 +34,22 @@ class Surface:
         """Whether any BRDF of the scene lets light through."""
         return any(brdf.transmits for brdf in self.brdfs)
 
-    @ti.func
+    @compile_time
     def transmits(self):
         """Whether the surface lets light through."""
+        return self.has_one_of([brdf.transmits for brdf in self.brdfs])
+
+    @compile_time
+    def is_delta(self):
+        """Whether the surface reflects into a single direction."""
+        return self.has_one_of([brdf.is_delta for brdf in self.brdfs])
+
+    @ti.func
+    def has_one_of(self, brdfs: ti.template()):
+        """Whether the material has one of those BRDFs of the scene of which a list says "true"."""
         found = False
         for i in ti.static(range(len(self.brdfs))):
-            if ti.static(self.brdfs[i].transmits):
+            if ti.static(brdfs[i]):
                 found = found or self.has(i)
         return found
 
@@ -56,19 +65,7 @@ class Surface:
     @ti.func
     def lets_pass(self, w_i):
         """Whether light can come from w_i: from above the plane of the triangle, or through the surface."""
-        passes = tm.dot(self.geometric_normal, w_i) > 0
-        if ti.static(self.may_transmit):
-            passes = passes or self.transmits()
-        return passes
-
-    @ti.func
-    def is_delta(self):
-        """Whether the surface reflects into a single direction."""
-        found = False
-        for i in ti.static(range(len(self.brdfs))):
-            if ti.static(self.brdfs[i].is_delta):
-                found = found or self.has(i)
-        return found
+        return tm.dot(self.geometric_normal, w_i) > 0 or self.transmits()
 
     @ti.func
     def has(self, i: ti.template()):
@@ -124,26 +121,14 @@ def surface_at(scene, ray, hit) -> Surface:
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
     material = scene.material_at(hit)
     if any(brdf.transmits for brdf in brdfs.values()):
-        material = impl.expr_init(_seen_from(material, hit.is_backfacing))
-    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, library.row(hit.material_id), int(scene.microfacets)))
-    origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
-    w_o = impl.expr_init(_opposite(ray.direction))
-    return Surface(brdfs, brdf_id, material, origin, hit, w_o)
-
-
-@ti.func
-def _brdf_id(ids: ti.template(), material_id, microfacets: ti.template()):
-    return ids[material_id, microfacets]
+        material = variable(_seen_from(material, hit.is_backfacing))
+    brdf_id = variable(element(library.brdf_ids, library.row(hit.material_id), int(scene.microfacets)))
+    origin = variable(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
+    return Surface(brdfs, brdf_id, material, origin, hit, variable(-ray.direction))
 
 
 @ti.func
 def _seen_from(material, is_backfacing):
     seen = material
-    if is_backfacing:
-        seen.Ni = 1 / material.Ni
+    seen.Ni = ti.select(is_backfacing, 1 / material.Ni, material.Ni)
     return seen
-
-
-@ti.func
-def _opposite(direction):
-    return -direction

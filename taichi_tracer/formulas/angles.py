@@ -50,8 +50,7 @@ def azimuth(y, x):
     angle = t * (p01 + s2 * (p23 + s2 * (p45 + s2 * (p67 + s2 * 0.0028662257))))
     angle = ti.select(b > a, tm.pi / 2 - angle, angle)
     angle = ti.select(x < 0, tm.pi - angle, angle)
-    angle = ti.select(y < 0, -angle, angle)
-    return angle
+    return ti.select(y < 0, -angle, angle)
 
 
 @ti.func

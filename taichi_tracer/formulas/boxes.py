@@ -48,7 +48,5 @@ def within_box(bounds, t, v0, v1, v2):
     the same boxes and the same arithmetic. Therefore they never skip a hit.
     """
     t_near, t_far = triangle_interval(bounds, v0, v1, v2)
-    distance = -tm.inf
-    if t_near <= t_far:
-        distance = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-    return distance
+    clamped = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+    return ti.select(t_near <= t_far, clamped, -tm.inf)

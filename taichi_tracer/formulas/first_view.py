@@ -10,7 +10,6 @@ the normals that are seen, as a fraction of that of ``DIRECTIONS`` equally frequ
 """
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,8 +20,8 @@ from taichi_tracer.formulas.view import FROM, camera_frame, up_of, view_of_point
 CELLS, DIRECTIONS = 48, 20
 EACH = 8  # of so many points of the surfaces, one is enough to place the camera of a view that is only tried
 GOOD_ENOUGH = 0.75  # of the best score: the usual view is kept if it has so much
-AROUND = (35.0, 125.0, 215.0, 305.0), 20.0  # azimuths and elevation in degrees, of views from outside
-STRAIGHT = (0.0, 90.0, 180.0, 270.0), 3.5
+# Azimuth and elevation in degrees, of views from outside: straight at a side, or at an edge.
+AROUND = (0.0, 3.5), (90.0, 3.5), (180.0, 3.5), (270.0, 3.5), (35.0, 20.0), (125.0, 20.0), (215.0, 20.0), (305.0, 20.0)
 INSIDE = (0.85, 0.2, 0.85), (-0.5, -0.1, -0.5), 75.0  # eye and point looked at, in half boxes; degrees
 BASE, OF_BASE, DOWN = 0.01, 0.2, -0.98  # the thickness of a base, its share of the box, and the normal's part
 View = dict[str, Any]  # the parameters of a camera
@@ -42,17 +41,16 @@ class Surface(NamedTuple):
     area: float
 
 
-def best_view(surface: Surface, up_axis: str, further: Sequence[View]) -> View | Angles:
+def best_view(surface: Surface, up_axis: str, further: tuple[View, ...]) -> View | Angles:
     """The view that shows most: as a view, or as the angles of ``view_of_points``.
 
     Args:
         further: views that come into question, too.
     """
-    around = [(azimuth, elevation) for azimuths, elevation in (STRAIGHT, AROUND) for azimuth in azimuths]
     if len(surface.points) == 0:
         return FROM
     some = surface.points[::EACH]
-    choices: list[View | Angles] = [FROM, *around, *inside(surface, up_axis), *further]
+    choices: list[View | Angles] = [FROM, *AROUND, *inside(surface, up_axis), *further]
     views = (one if isinstance(one, dict) else view_of_points(some, up_axis, seen_from=one) for one in choices)
     scores = [score(view, surface) for view in views]
     return FROM if scores[0] >= GOOD_ENOUGH * max(scores) else choices[int(np.argmax(scores))]
@@ -72,8 +70,7 @@ def inside(surface: Surface, up_axis: str) -> list[View]:
 def score(view: dict[str, Any], surface: Surface) -> float:
     """S of a square picture."""
     eye, at, up = (np.asarray(view[name], np.float64) for name in ("eye", "at", "up"))
-    frame = camera_frame(eye, at, up)
-    x, y, z = ((surface.points - eye) @ frame[:3, :3]).T
+    x, y, z = ((surface.points - eye) @ camera_frame(eye, at, up)[:3, :3]).T
     half = z * math.tan(math.radians(view["fov"]) / 2)
     point = np.flatnonzero((z > 0) & (abs(x) < half) & (abs(y) < half))
     place = (np.stack([x, y])[:, point] / half[point] + 1) / 2 * CELLS
@@ -83,10 +80,8 @@ def score(view: dict[str, Any], surface: Surface) -> float:
     at_front = np.flatnonzero(z[point] == nearest[cell])
     _, first = np.unique(cell[at_front], return_index=True)  # the first of equally near points
     seen = point[at_front[first]]
-    if len(seen) == 0:
-        return 0.0
     is_front = (surface.normals[seen] * (eye - surface.points[seen])).sum(axis=1) > 0
-    if not is_front.any():
+    if not is_front.any():  # or nothing is seen
         return 0.0
     rounded = np.round(1.2 * surface.normals[seen][is_front]).astype(np.int64)
     _, counts = np.unique(rounded @ (1, 3, 9), return_counts=True)

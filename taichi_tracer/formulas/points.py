@@ -1,13 +1,6 @@
-"""What is asked of many points at once, in numpy: which of them triangles name, and what box holds them."""
+"""What is asked of many points at once, in numpy: what box holds them."""
 
 import numpy as np
-
-
-def named(ids: np.ndarray, count: int) -> np.ndarray:
-    """(count,) bool: which of the numbers from 0 on are among the ids. It takes less time than sorting them."""
-    is_named = np.zeros(count, bool)
-    is_named[ids] = True
-    return is_named
 
 
 def box_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

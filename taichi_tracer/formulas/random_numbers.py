@@ -4,13 +4,11 @@ The first pair of every sample belongs to the pixel (A2-1); then every surface t
 for the light. The number of dimensions has no limit. ``sampler`` says where the numbers come from.
 """
 
-from typing import Any
-
 import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, variable
 
 TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above
 
@@ -27,7 +25,7 @@ class RandomNumbers:
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
     _begun_last: tuple | None = None  # (the kernel that is being compiled, its numbers)
 
-    def __init__(self, sampler: Any, seed, x, y, index) -> None:
+    def __init__(self, sampler, seed, x, y, index) -> None:
         self.sampler, self.seed, self.x, self.y, self.index = sampler, seed, x, y, index
         self.dimension, self.terms = impl.expr_init(0), impl.expr_init(0)
         self.pixel = impl.expr_init(sampler.pixel_number(x, y))
@@ -56,18 +54,12 @@ class RandomNumbers:
         many samples the two do not take all combinations. If you are not sure, use ``next_2d``.
         """
         dimension = ti.u32(self.dimension)
-        self.count_term()
-        if ti.static(self.sampler.shares_terms):
-            dimension |= ti.u32(self.terms) << TERM_BIT
-        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
-
-    @ti.func
-    def count_term(self):
-        """Count the pair of ``next_2d_of_term``."""
         if ti.static(self.sampler.shares_terms):
             self.terms += 1
+            dimension |= ti.u32(self.terms) << TERM_BIT
         else:
             self.dimension += 1
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
 
     @ti.func
     def next_1d(self):
@@ -90,10 +82,4 @@ def given_or_drawn(xi):
     if xi is not None:
         return xi
     rng = RandomNumbers.of_this_kernel()
-    return taichi_pair() if rng is None else rng.next_2d()
-
-
-@ti.func
-def taichi_pair():
-    """Two numbers of Taichi's own generator, as the handouts draw them."""
-    return tm.vec2(ti.random(float), ti.random(float))
+    return variable(tm.vec2(ti.random(float), ti.random(float))) if rng is None else rng.next_2d()

@@ -10,22 +10,19 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, variable
 
 LOW_BITS = 0x7FFF  # their product with the next number does not overflow
 
 
 @compile_time
 def rounded(number):
-    """A sum or product, rounded before anything else happens to it; on a CPU, that is the number itself."""
+    """A sum or product, rounded before anything else happens to it; on a CPU, that is the number itself.
+
+    Elsewhere it goes a way through its bits that no compiler shortens: n (n + 1) is even for every n.
+    """
     if runtime.can("separate roundings"):
         return number
-    return _hidden(number, ti.i64 if runtime.dtype() is np.float64 else ti.i32)
-
-
-@ti.func
-def _hidden(number, integer: ti.template()):
-    """The same number, by a way through its bits that no compiler shortens: n (n + 1) is even for every n."""
-    bits = ti.bit_cast(number, integer)
-    low = bits & LOW_BITS
+    bits = variable(ti.bit_cast(number, ti.i64 if runtime.dtype() is np.float64 else ti.i32))
+    low = variable(bits & LOW_BITS)
     return ti.bit_cast(bits ^ (low * (low + 1) & 1), float)

@@ -22,11 +22,10 @@ def without_overflow(d):
 
     In f64, the squares of all numbers of f32 are far from both. Then w is d.
     """
-    w, s = d, widened(1.0)
-    if ti.static(not runtime.can_widen()):
-        s = abs(d).max()
-        w = d / s
-    return w, s
+    if ti.static(runtime.can_widen()):
+        return d, widened(1.0)
+    s = abs(d).max()
+    return d / s, s
 
 
 @ti.func

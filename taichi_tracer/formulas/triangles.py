@@ -131,9 +131,8 @@ def exact_difference(p, q, r, s):
     """
     exact = ti.cast(p, ti.f64) * ti.cast(q, ti.f64) - ti.cast(r, ti.f64) * ti.cast(s, ti.f64)
     rounded = ti.cast(exact, ti.f32)
-    smallest_f32 = 1.1754944e-38
     if rounded == 0 and exact != 0:
-        rounded = ti.select(exact > 0, smallest_f32, -smallest_f32)
+        rounded = tm.sign(exact) * ti.static(runtime.smallest())
     return rounded
 
 
@@ -193,7 +192,7 @@ def unit_normals(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
         is_1_longest = l1 >= l2
         p = np.where(is_0_longest, e1, np.where(is_1_longest, e2, e0))
         q = np.where(is_0_longest, e2, np.where(is_1_longest, e0, e1))
-        normal = cross(p, q)
+        normal = np.cross(p, q)
         x, y, z = abs(normal).T
         within_1 = normal / np.maximum(np.maximum(x, y), z)[:, None]
         return within_1 / norm(within_1)[:, None]
@@ -205,7 +204,7 @@ def thinness_of(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
         a, b, c = norm(v1 - v0), norm(v2 - v1), norm(v0 - v2)
         longest = np.maximum(np.maximum(a, b), c)
         others = np.where(longest == a, b * c, np.where(longest == b, c * a, a * b))
-        return others / norm(cross(v1 - v0, v2 - v0))
+        return others / norm(np.cross(v1 - v0, v2 - v0))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -216,9 +215,3 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def norm(a: np.ndarray) -> np.ndarray:
     """(n,) lengths of (n, 3) vectors."""
     return np.sqrt(dot(a, a))
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n, 3) cross products of (n, 3) vectors."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)

@@ -43,7 +43,6 @@ def smooth_normals(vertices: np.ndarray, faces: np.ndarray, crease: float) -> tu
     ends = np.concatenate([first, next_corner(first)]), np.concatenate([next_corner(second), second])
     group = components(faces.size, *ends)
     _, ids = np.unique(group, return_inverse=True)
-    ids = ids.reshape(-1)
     weighted = (angles[..., None] * normals[:, None]).reshape(-1, 3)
     total = np.stack([np.bincount(ids, weights=weighted[:, k]) for k in range(3)], axis=1)
     lengths = np.linalg.norm(total, axis=1, keepdims=True)
@@ -66,10 +65,9 @@ def welded(vertices: np.ndarray) -> np.ndarray:
     """(V,) for each vertex, a number that all vertices at the same position share."""
     vertices = vertices + 0.0  # −0 becomes 0
     order = np.lexsort(vertices.T)
-    is_new = np.ones(len(vertices), bool)
-    is_new[1:] = (vertices[order[1:]] != vertices[order[:-1]]).any(axis=1)
-    number = np.empty(len(vertices), np.int64)
-    number[order] = np.cumsum(is_new) - 1
+    is_new = (vertices[order[1:]] != vertices[order[:-1]]).any(axis=1)
+    number = np.zeros(len(vertices), np.int64)
+    number[order[1:]] = np.cumsum(is_new)
     return number
 
 

@@ -41,13 +41,13 @@ def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: st
     """
     gaze = at - eye
     if not np.linalg.norm(gaze) > 0:
-        raise InputError(f"camera: eye and at are the same point {show(eye)}: move one of them")
+        raise InputError(f"camera: eye and at are the same point {digits_of(eye)}: move one of them")
     z_c = gaze / np.linalg.norm(gaze)
     if not np.linalg.norm(up) > 0:
-        raise InputError(f"camera: up {show(up)} has no direction: choose another up, such as (0, 1, 0)")
+        raise InputError(f"camera: up {digits_of(up)} has no direction: choose another up, such as (0, 1, 0)")
     side = np.cross(up, z_c)
     if not np.linalg.norm(side) > SMALLEST_SINE * np.linalg.norm(up):
-        raise InputError(f"camera: up {show(up)} is parallel to the gaze {show(gaze)}: choose another up")
+        raise InputError(f"camera: up {digits_of(up)} is parallel to the gaze {digits_of(gaze)}: choose another up")
     x_c = side / np.linalg.norm(side)
     y_c = np.cross(z_c, x_c)
     if handedness != USUAL_HANDEDNESS:
@@ -103,19 +103,15 @@ def view_of_points(
     return {"eye": at + distance * offset, "at": at, "up": up, "fov": fov}
 
 
-def show(vector: np.ndarray) -> str:
-    """The text of a vector in messages: "(x, y, z)"."""
-    return digits_of(vector)
-
-
-def numbers(name: str, value, count: int) -> np.ndarray:
+def numbers(name: str, value: Any, count: int) -> np.ndarray:
     """``value`` as a new array of ``count`` finite float64 numbers; an InputError if it is something else."""
+    what = "a finite number" if count == 1 else f"{count} finite numbers"
     try:
         vector = np.array(value, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError):
-        raise InputError(f"camera: {name} must be {count} numbers, not {value!r}") from None
+        raise InputError(f"camera: {name} must be {what}, not {value!r}") from None
     if vector.shape != (count,) or not np.isfinite(vector).all():
-        raise InputError(f"camera: {name} must be {count} finite numbers, not {value!r}")
+        raise InputError(f"camera: {name} must be {what}, not {value!r}")
     return vector
 
 
@@ -178,18 +174,14 @@ class CameraView:
         if view["screen_window"] is not None:
             window = view["screen_window"] = numbers("screen_window", view["screen_window"], 4)
             if not (window[0] < window[1] and window[2] < window[3]):
-                raise InputError(f"camera: screen_window is l r b t with l < r and b < t, not {show(window)}")
+                raise InputError(f"camera: screen_window is l r b t with l < r and b < t, not {digits_of(window)}")
         for name in ("frame_aspect", "focal_distance"):
-            if view[name] is not None and not 0 < as_number(name, view[name]) < math.inf:
-                raise InputError(f"camera: {name} must be a finite number above 0, not {view[name]:g}")
+            if view[name] is not None and not numbers(name, view[name], 1) > 0:
+                raise InputError(f"camera: {name} must be above 0, not {view[name]}")
         view["fov"] = check_fov(view["fov"], view["screen_window"])
         checked = cls(**view)
-        checked.frame()
+        camera_frame(checked.eye, checked.at, checked.up)
         return checked
-
-    def frame(self) -> np.ndarray:
-        """(4, 4) float64, the camera-to-world matrix (A1-8)."""
-        return camera_frame(self.eye, self.at, self.up, self.handedness)
 
     @property
     def has_window(self) -> bool:
@@ -237,23 +229,15 @@ def check_angle(fov: float | None, screen_window: Numbers | None = None, largest
     """
     if fov is None:
         return None
-    fov = as_number("fov", fov)
+    fov = float(numbers("fov", fov, 1)[0])
     if not (0.0 < fov < largest or fov == largest > 180.0):
         ends = "both excluded" if largest <= 180.0 else "0 excluded"
         raise InputError(f"camera: fov must be between 0 and {largest:g} degrees ({ends}), not {fov:g}")
     if screen_window is not None:
-        window = show(np.asarray(screen_window, float))
+        window = digits_of(np.asarray(screen_window, float))
         warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {window}", stacklevel=5)
         return None
     return fov
-
-
-def as_number(name: str, value: Any) -> float:
-    """A number among the values of a view; an InputError if it is none."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"camera: {name} must be a number, not {value!r}") from None
 
 
 def without_angle(values: dict[str, Any], aspect: float) -> dict[str, Any]:
@@ -277,13 +261,11 @@ def distance_of(values: dict[str, Any]) -> float:
 
 def words_of(values: dict[str, Any], usual: dict[str, Any]) -> list[str]:
     """Values of a view as Python would write them as arguments, with at most six digits; without what is usual."""
-    order = [name for name in (*PLACE, "fov") if name in values]
-    names = [name for name in dict.fromkeys([*order, *values]) if name not in usual or values[name] != usual[name]]
-    return [f"{name}={word(values[name])}" for name in names]
+    return [f"{name}={word(value)}" for name, value in values.items() if name not in usual or value != usual[name]]
 
 
 def word(value: Any) -> str:
     """A value of a view as Python would write it."""
     if isinstance(value, str):
         return repr(value)
-    return show(value) if np.ndim(value) == 1 else f"{value:g}"
+    return digits_of(value) if np.ndim(value) == 1 else f"{value:g}"

@@ -48,7 +48,7 @@ class SceneInKernels:
         if scene.environment is not None and effects.environment in ("constant", "image"):
             far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
         lamps = scene.lamps if effects.emitters else None
-        self.lights = SceneLights([*far, *scene.lights], effects, lamps)
+        self.lights = SceneLights([*far, *scene.lights], lamps)
         self.samples_lights = effects.samples_lights and self.lights.can_be_met
 
     @compile_time

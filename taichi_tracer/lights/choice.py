@@ -51,7 +51,7 @@ class LampChoice:
 
     Attributes:
         name: its name in the registry, which ``lamp_choice=`` takes.
-        geometry, material_library: of the scene, which sets them before it calls ``prepare``.
+        geometry: of the scene, which sets it before it calls ``prepare``.
         samples_points: whether it chooses the point on the lamp, too, as the handout's ``MeshLightSampler`` does. Then
             it has the methods ``sample_mesh_lights`` and ``evaluate_probability`` of that class.
         keeps_area: whether points are uniform in area on every triangle, as the handout asks (A3-2). If not, those on a
@@ -61,7 +61,6 @@ class LampChoice:
     kind, name, samples_points, keeps_area = "lamp choice", "", False, False
     required: tuple[str, ...] = ("choose", "probability")
     geometry: Any = None
-    material_library: Any = None
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the tables for the lamps of a scene. Called once, before the first kernel that asks for a choice."""

@@ -7,8 +7,6 @@ and by the sum of their power. A sample goes down from the root and chooses a ch
 the point that is lit, so that it takes log₂ L steps for L lamps.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -18,23 +16,9 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import filled
 from taichi_tracer.system.parts import overridable, register
 
-
-@dataclass
-class LampTree:
-    """The nodes of a balanced tree in float64; the row of node i is i, and row 0 is not used.
-
-    Attributes:
-        lamps: (n,) int32, in each leaf its lamp; −1 elsewhere.
-        low, high: (2n, 3) corners of the boxes. axis: (2n, 3) axes of the cones. cosine: (2n,) of their half angles.
-        power: (2n,) sums of area × luminance; 0 for leaves without a lamp.
-    """
-
-    lamps: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    axis: np.ndarray
-    cosine: np.ndarray
-    power: np.ndarray
+# A node of the tree: the corners of its box, the axis of its cone, the cosine of the cone's half angle, and the sum of
+# area × luminance, which is 0 for a leaf without a lamp. The row of node i is i, and row 0 is not used.
+NODE = np.dtype([("low", float, 3), ("high", float, 3), ("axis", float, 3), ("cosine", float), ("power", float)])
 
 
 @register
@@ -47,11 +31,11 @@ class ByHierarchy(LampChoice):
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the tree."""
-        tree = build(lamps)
-        self.leaves = len(tree.lamps)
-        leaf_of = np.argsort(tree.lamps)[self.leaves - len(lamps) :]  # those without a lamp, −1, come first
-        bounds = tree.low, tree.high, tree.axis, tree.cosine, tree.power
-        self._memory, fields = filled(tree.lamps, leaf_of, *bounds)
+        order, nodes = build(lamps)
+        self.leaves = len(order)
+        leaf_of = np.argsort(order)[self.leaves - len(lamps) :]  # those without a lamp, −1, come first
+        bounds = (nodes[name] for name in ("low", "high", "axis", "cosine", "power"))
+        self._memory, fields = filled(order, leaf_of, *bounds)
         self.lamps, self.leaf_of, self.low, self.high, self.axis, self.cosine, self.power = fields
 
     @ti.func
@@ -128,34 +112,30 @@ def cosine_of_difference(cosine_a, cosine_b):
     return ti.select(cosine_a > cosine_b, 1.0, cosine_a * cosine_b + sine_a * sine_b)
 
 
-def build(lamps: LampTable) -> LampTree:
-    """The tree of a table of lamps: a node is split in the middle of its lamps, along the longest side of its box."""
+def build(lamps: LampTable) -> tuple[np.ndarray, np.ndarray]:
+    """((n,) int32 lamps of the leaves, −1 for none; (2n,) ``NODE``) of the tree of a table of lamps.
+
+    A node is split in the middle of its lamps, along the longest side of its box.
+    """
     count = len(lamps)
     leaves = 1 << max(0, int(count - 1).bit_length())
     order = kd_order((lamps.low + lamps.high) / 2, leaves)
     place = np.flatnonzero(order >= 0)
-    nodes = LampTree(
-        lamps=order,
-        low=np.full((2 * leaves, 3), np.inf),
-        high=np.full((2 * leaves, 3), -np.inf),
-        axis=np.tile([0.0, 0.0, 1.0], (2 * leaves, 1)),
-        cosine=np.ones(2 * leaves),
-        power=np.zeros(2 * leaves),
-    )
+    nodes = np.full(2 * leaves, np.array((np.inf, -np.inf, (0, 0, 1), 1, 0), NODE))
     leaf, of = leaves + place, order[place]
-    nodes.low[leaf], nodes.high[leaf] = lamps.low[of], lamps.high[of]
+    nodes["low"][leaf], nodes["high"][leaf] = lamps.low[of], lamps.high[of]
     has_side = np.asarray(lamps.normals[of].any(axis=1) & (not lamps.two_sided))
-    nodes.axis[leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
-    nodes.cosine[leaf] = np.where(has_side, 1.0, -1.0)
+    nodes["axis"][leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
+    nodes["cosine"][leaf] = np.where(has_side, 1.0, -1.0)
     power = lamps.areas * lamps.radiance
-    nodes.power[leaf] = (power / power.max())[of] if count > 0 else 0
+    nodes["power"][leaf] = (power / power.max())[of] if count > 0 else 0
     first = leaves // 2
     while first >= 1:
         join(nodes, np.arange(first, 2 * first))
         first //= 2
-    empty = nodes.power == 0
-    nodes.low[empty], nodes.high[empty] = 0, 0
-    return nodes
+    empty = nodes["power"] == 0
+    nodes["low"][empty], nodes["high"][empty] = 0, 0
+    return order, nodes
 
 
 def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
@@ -174,18 +154,18 @@ def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
     return found
 
 
-def join(nodes: LampTree, parents: np.ndarray) -> None:
+def join(nodes: np.ndarray, parents: np.ndarray) -> None:
     """Compute the bounds of nodes from those of their children."""
     a, b = 2 * parents, 2 * parents + 1
-    nodes.low[parents] = np.minimum(nodes.low[a], nodes.low[b])
-    nodes.high[parents] = np.maximum(nodes.high[a], nodes.high[b])
-    nodes.power[parents] = nodes.power[a] + nodes.power[b]
-    axis, cosine = joined_cones(nodes.axis[a], nodes.cosine[a], nodes.axis[b], nodes.cosine[b])
+    nodes["low"][parents] = np.minimum(nodes["low"][a], nodes["low"][b])
+    nodes["high"][parents] = np.maximum(nodes["high"][a], nodes["high"][b])
+    nodes["power"][parents] = nodes["power"][a] + nodes["power"][b]
+    axis, cosine = joined_cones(nodes["axis"][a], nodes["cosine"][a], nodes["axis"][b], nodes["cosine"][b])
     for alone, other in ((a, b), (b, a)):  # a child without a lamp has no cone
-        is_empty = nodes.power[other] == 0
-        axis = np.where(is_empty[:, None], nodes.axis[alone], axis)
-        cosine = np.where(is_empty, nodes.cosine[alone], cosine)
-    nodes.axis[parents], nodes.cosine[parents] = axis, cosine
+        is_empty = nodes["power"][other] == 0
+        axis = np.where(is_empty[:, None], nodes["axis"][alone], axis)
+        cosine = np.where(is_empty, nodes["cosine"][alone], cosine)
+    nodes["axis"][parents], nodes["cosine"][parents] = axis, cosine
 
 
 def joined_cones(axis_a, cosine_a, axis_b, cosine_b) -> tuple[np.ndarray, np.ndarray]:

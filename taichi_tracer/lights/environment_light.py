@@ -24,7 +24,7 @@ from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
-from taichi_tracer.system.memory import Memory, filled
+from taichi_tracer.system.memory import filled
 from taichi_tracer.system.parts import overridable, replaced
 
 EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
@@ -50,12 +50,9 @@ class EnvironmentLight(Light):
         self.environment, self.effects, self.up_axis = environment, effects, up_axis
         self.compensates = compensates
         self.replaced = replaced(environment)
-        self._memory: Memory | None = None
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` reads."""
-        if self._memory is not None:
-            return
         of = self.environment
         rows, columns, density = sampling_tables(of.pixels, of.lookup, runtime.dtype(), self.compensates)
         edges = np.cos(np.pi * np.arange(of.height + 1) / of.height)  # y of the directions on the edges of the rows
@@ -74,15 +71,14 @@ class EnvironmentLight(Light):
     @ti.func
     def along(self, ray):
         """Radiance from the direction in which the ray goes; the direction has unit length."""
-        light = tm.vec3(0)
+        direction = self.with_y_up(ray.direction)
         if ti.static("query_ray" in self.replaced):
-            turned = Ray(origin=self.with_y_up(ray.origin), direction=self.with_y_up(ray.direction))
-            light = self.environment.query_ray(turned)
-        elif ti.static(self.effects.environment == "image"):
-            light = self.environment.radiance(self.with_y_up(ray.direction))
-        elif ti.static(self.effects.environment == "constant"):
-            light = self.environment.constant_radiance()
-        return light
+            return self.environment.query_ray(Ray(origin=self.with_y_up(ray.origin), direction=direction))
+        if ti.static(self.effects.environment == "image"):
+            return self.environment.radiance(direction)
+        if ti.static(self.effects.environment == "constant"):
+            return self.environment.constant_radiance()
+        return tm.vec3(0)
 
     @ti.func
     def sample(self, x, xi):
@@ -120,24 +116,22 @@ class EnvironmentLight(Light):
     @ti.func
     def with_y_up(self, v):
         """A vector of the scene in the frame of the environment, where y is up: (x, z, −y) if z is up in the scene."""
-        turned = v
         if ti.static(self.up_axis == "z"):
-            turned = tm.vec3(v.x, v.z, -v.y)
-        return turned
+            return tm.vec3(v.x, v.z, -v.y)
+        return v
 
     @ti.func
     def as_in_scene(self, v):
         """The inverse of ``with_y_up``."""
-        turned = v
         if ti.static(self.up_axis == "z"):
-            turned = tm.vec3(v.x, -v.z, v.y)
-        return turned
+            return tm.vec3(v.x, -v.z, v.y)
+        return v
 
 
 @ti.func
 def find(cdf: ti.template(), guide: ti.template(), row, count, xi):
     """(i, the place of ξ in its interval, in [0, 1)): the interval of a row of distributions that contains ξ."""
-    i = guide[row, part_of(xi, count)]
+    i = guide[row, ti.min(ti.cast(xi * count, ti.i32), count - 1)]
     begin, end = cdf[row, i], cdf[row, i + 1]
     while end <= xi and i < count - 1:
         i += 1
@@ -145,17 +139,11 @@ def find(cdf: ti.template(), guide: ti.template(), row, count, xi):
     return i, (xi - begin) / (end - begin)
 
 
-@ti.func
-def part_of(xi, count):
-    """Which of ``count`` equal parts of [0, 1) contains ξ."""
-    return ti.min(ti.cast(xi * count, ti.i32), count - 1)
-
-
 def guide_table(cdf: np.ndarray) -> np.ndarray:
     """(m, n) int32: for each of n equal parts of [0, 1), where the search in (m, n + 1) distributions begins.
 
     It is the last i with F_i at most the number where the part begins, so that no search has to go back. The number is
-    a little smaller than k/n, because the product ξ n of ``part_of`` is rounded.
+    a little smaller than k/n, because the product ξ n of ``find`` is rounded.
     """
     n = cdf.shape[1] - 1
     part_begins = np.arange(n) / n * (1 - 4 * np.finfo(cdf.dtype).eps)

@@ -1,7 +1,5 @@
 """The numbers from which lights are made: checked when they are given, and shown again by ``repr``."""
 
-from typing import Any
-
 import numpy as np
 
 from taichi_tracer.lights.base import Light
@@ -17,11 +15,10 @@ class GivenLight(Light):
         arguments = ", ".join(f"{name}={value!r}" for name, value in vars(self).items() if not name.startswith("_"))
         return f"tt.{type(self).__name__}({arguments})"
 
-    def _three(self, what: str, given: float | Numbers, least: float = -np.inf) -> Any:
+    def _three(self, what: str, given: float | Numbers, least: float = -np.inf) -> tuple[float, ...]:
         """Three finite numbers of at least ``least``; a single number means three equal ones."""
         try:
-            values = np.asarray(given, np.float64)
-            values = np.broadcast_to(values, 3)
+            values = np.broadcast_to(np.asarray(given, np.float64), 3)
         except (TypeError, ValueError):
             values = np.full(3, np.nan)
         if not (np.isfinite(values).all() and (values >= least).all()):
@@ -29,7 +26,7 @@ class GivenLight(Light):
             raise InputError(f"{self.name} light: {what} must be three finite numbers{bound}, not {given!r}")
         return varying(tuple(values.tolist()))
 
-    def _unit(self, what: str, given: Numbers) -> Any:
+    def _unit(self, what: str, given: Numbers) -> tuple[float, ...]:
         """A vector divided by its length."""
         largest = np.abs(given).max()
         if not largest > 0:
@@ -37,7 +34,7 @@ class GivenLight(Light):
         vector = np.asarray(given) / largest
         return varying(tuple((vector / np.linalg.norm(vector)).tolist()))
 
-    def _attenuation(self, given: Numbers) -> Any:
+    def _attenuation(self, given: Numbers) -> tuple[float, ...]:
         """Kc, Kl and Kq of ``point_light.fall``: none is negative, and one is positive."""
         values = self._three("attenuation", given, 0)
         if max(values) == 0:

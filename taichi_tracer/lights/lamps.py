@@ -50,7 +50,8 @@ class Lamps(Light):
         two_sided: whether triangles emit from both sides.
 
     Attributes:
-        count: the number of lamps. corners: the low and the high corner of a box around all of them.
+        count: the number of lamps. corners: the low and the high corner of a box around all of them,
+            rounded outwards to the running precision.
         has_near: whether a surface may be near a lamp. It is asked once, for the whole scene: the code for this case is
             compiled only if a lamp is larger than ``SMALL_LAMP``.
     """
@@ -63,18 +64,14 @@ class Lamps(Light):
         self.geometry, self.library, self.choice, self.two_sided = geometry, library, choice, bool(two_sided)
         self.table = lamp_table(geometry, library.materials, self.two_sided)
         self.count = varying(len(self.table))
-        self.corners = self._corners()
+        low, high = self.table.low.min(axis=0, initial=np.inf), self.table.high.max(axis=0, initial=-np.inf)
+        dtype = runtime.dtype()
+        low, high = np.nextafter(low.astype(dtype), dtype(-np.inf)), np.nextafter(high.astype(dtype), dtype(np.inf))
+        self.corners = varying((tuple(low.tolist()), tuple(high.tolist())))
         self._memory: Memory | None = None
         size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
         is_large = self.table.areas.max(initial=0) > SMALL_LAMP * size * size
         self.has_near = bool(is_large) and not choice.keeps_area and not choice.samples_points
-
-    def _corners(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """``corners``, rounded outwards to the running precision."""
-        low, high = self.table.low.min(axis=0, initial=np.inf), self.table.high.max(axis=0, initial=-np.inf)
-        dtype = runtime.dtype()
-        low, high = np.nextafter(low.astype(dtype), dtype(-np.inf)), np.nextafter(high.astype(dtype), dtype(np.inf))
-        return varying((tuple(low.tolist()), tuple(high.tolist())))
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` and ``pdf`` read."""
@@ -88,7 +85,7 @@ class Lamps(Light):
         lamp_of[table.ids] = np.arange(self.count)
         self._memory, fields = filled(table.primitives, table.areas, balls, lamp_of)
         self.primitives, self.areas, self.balls, self.lamp_of = fields
-        self.choice.material_library, self.choice.geometry = self.library, self.geometry
+        self.choice.geometry = self.geometry
         self.choice.prepare(self.table)
 
     @ti.func

@@ -8,8 +8,8 @@ from taichi_tracer.formulas.area_lights import uniform_triangle
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.lights.choice import LampChoice, LampTable
-from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.memory import filled, varying
 from taichi_tracer.system.parts import call_with_known_args, overridable
 
 
@@ -38,13 +38,10 @@ class MeshLightSampler(LampChoice):
         """Compute the areas and their cumulative distribution."""
         if (lamps.primitives < 0).any():
             raise InputError(f"{type(self).__name__} samples triangles, but a sphere emits: use lamp_choice='power'")
-        self.n_emissive_triangles = memory.varying(len(lamps))
-        self._memory = memory.Memory()
-        self.emissive_triangle_ids, self.cdf, self.areas = ti.field(ti.i32), ti.field(float), ti.field(float)
-        triangles = self._memory.fields.dense(ti.i, self.n_emissive_triangles)
-        triangles.place(self.emissive_triangle_ids, self.cdf, self.areas)
-        self._memory.allocate()
-        self.emissive_triangle_ids.from_numpy(lamps.primitives)
+        self.n_emissive_triangles = varying(len(lamps))
+        zeros = np.zeros(len(lamps))
+        self._memory, fields = filled(lamps.primitives, zeros, zeros)
+        self.emissive_triangle_ids, self.cdf, self.areas = fields
         self._compute_areas()
         self.total_area = float(self.areas.to_numpy().astype(np.float64).sum())
         self.compute_cdf()

@@ -46,10 +46,7 @@ class PointLight(GivenLight):
 def towards(x, y):
     """(ω, r): the unit direction from x to y, and the distance. If both are the same point, ω is the y axis."""
     r = (y - x).norm()
-    w = tm.vec3(0, 1, 0)
-    if r > 0:
-        w = (y - x) / r
-    return w, r
+    return ti.select(r > 0, (y - x) / r, tm.vec3(0, 1, 0)), r
 
 
 @ti.func

@@ -41,17 +41,15 @@ class FarLights(Light):
     @ti.func
     def sample(self, x, xi):
         """(w_i, ∞, radiance, pdf) of a direction towards one of the lights; the pdf is the mean of all densities."""
-        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
         if ti.static(len(self.lights) == 1):
-            w_i, distance, light, pdf = self.lights[0].sample(x, xi)
-        else:
-            count = ti.static(len(self.lights))
-            chosen = ti.min(ti.cast(xi.x * count, ti.i32), count - 1)
-            for i in ti.static(range(len(self.lights))):
-                if chosen == i:
-                    w_i, distance, light, pdf = self.lights[i].sample(x, tm.vec2(xi.x * count - i, xi.y))
-            light, pdf = self.radiance(Ray(origin=x, direction=w_i), no_hit()), self.pdf(x, w_i, no_hit())
-        return w_i, distance, light, pdf
+            return self.lights[0].sample(x, xi)
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
+        count = ti.static(len(self.lights))
+        chosen = ti.min(ti.cast(xi.x * count, ti.i32), count - 1)
+        for i in ti.static(range(len(self.lights))):
+            if chosen == i:
+                w_i, distance, light, pdf = self.lights[i].sample(x, tm.vec2(xi.x * count - i, xi.y))
+        return w_i, distance, self.radiance(Ray(origin=x, direction=w_i), no_hit()), self.pdf(x, w_i, no_hit())
 
     @ti.func
     def pdf(self, x, w_i, hit):
@@ -68,7 +66,6 @@ class SceneLights:
 
     Args:
         lights: all of them, except the lamps.
-        effects: the effects that the scene calls for.
         lamps: the surfaces that emit; None if their emission is not to be looked up.
 
     Attributes:
@@ -78,8 +75,7 @@ class SceneLights:
         far_share: the probability with which ``sample`` chooses a far light.
     """
 
-    def __init__(self, lights: list[Light], effects, lamps: Lamps | None = None) -> None:
-        self.effects = effects
+    def __init__(self, lights: list[Light], lamps: Lamps | None = None) -> None:
         self.lamps = lamps
         self.far = tuple(light for light in lights if light.is_far and not light.is_delta)
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
@@ -106,9 +102,7 @@ class SceneLights:
             draws: whether directions are drawn from the far lights and the lamps; from the others every estimator draws
                 them.
         """
-        drawn: tuple[Light, ...] = self.far
-        if self.lamps is not None and self.has_lamps:
-            drawn = *drawn, self.lamps
+        drawn = self.far if self.lamps is None else (*self.far, self.lamps)
         for light in (*(drawn if draws else ()), *self.single):
             if light not in self._prepared:
                 light.prepare()
@@ -119,7 +113,7 @@ class SceneLights:
         """Radiance that arrives along a ray without any reflection, from a lamp or from far away."""
         light = tm.vec3(0)
         if hit.is_hit:
-            if ti.static(self.effects.emitters):
+            if ti.static(self.has_lamps):
                 light = self.lamps.emitted(hit)
         else:
             light = self.from_far.radiance(ray, hit)
@@ -153,8 +147,7 @@ class SceneLights:
             if ti.static(self.has_lamps):
                 pdf = (1 - self.far_share) * self.lamps.pdf_from(x, n, w_i, hit)
         else:
-            if ti.static(len(self.far) > 0):
-                pdf = self.far_share * self.from_far.pdf(x, w_i, hit)
+            pdf = self.far_share * self.from_far.pdf(x, w_i, hit)
         return pdf
 
     @ti.func

@@ -58,12 +58,7 @@ class SpotLight(GivenLight):
     @ti.func
     def share(self, theta):
         """s(θ), of an angle in degrees."""
-        s = 0.0
-        if theta <= self.falloff:
-            s = 1.0
-        elif theta < self.cutoff:
-            s = (self.cutoff - theta) / (self.cutoff - self.falloff)
-        return s
+        return ti.select(theta <= self.falloff, 1.0, ti.max(0.0, (self.cutoff - theta) / (self.cutoff - self.falloff)))
 
 
 @ti.func

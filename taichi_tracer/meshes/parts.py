@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from taichi_tracer.formulas.first_view import Surface
-from taichi_tracer.formulas.triangles import cross, norm
+from taichi_tracer.formulas.triangles import norm
 from taichi_tracer.geometry import Mesh, is_collapsed
 from taichi_tracer.materials import Material
 
@@ -61,7 +61,7 @@ def surface_of(mesh: Mesh) -> Surface:
     ids, spheres = mesh.faces[::step].T, mesh.spheres.astype(np.float64)
     corners = [np.take(mesh.vertices, own, axis=0).astype(np.float64, copy=False) for own in ids]
     with np.errstate(all="ignore"):
-        across = cross(corners[1] - corners[0], corners[2] - corners[0])
+        across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         lengths, areas = norm(across), 4 * np.pi * spheres[:, 3] ** 2
         is_finite, is_seen = (np.isfinite(np.float32(of)).all(axis=1) for of in (mesh.vertices, spheres))
         is_seen = np.concatenate([is_finite[ids[0]] & is_finite[ids[1]] & is_finite[ids[2]], is_seen])

@@ -6,8 +6,6 @@ exposure and before the sRGB transfer function, and only for a screen and for fi
 errors and comparisons always have the linear values.
 """
 
-from typing import Any
-
 from taichi_tracer.system.compile_time import compile_time
 
 
@@ -25,7 +23,7 @@ class Tone:
     white: float = 1.0
 
     @compile_time
-    def curve(self, x: Any) -> Any:
+    def curve(self, x):
         """Linear light in [0, 1] for exposed radiance x in [0, ``white``]; ``curve(0)`` is 0, and it never decreases.
 
         Python calls it with an array, and kernels call it with a vector: the formula may use + − × ÷ and powers.

@@ -1,8 +1,6 @@
 """Exposure and tone curve together: what a screen and a file of 8 bits show of linear radiance."""
 
-import math
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 
@@ -33,9 +31,11 @@ class Display:
 
     def __post_init__(self) -> None:
         PARTS.find("tone curve", self.tone)
-        if not isinstance(self.exposure, Real) or not -MOST_STOPS <= float(self.exposure) <= MOST_STOPS:
-            rule = f"between {-MOST_STOPS:g} and {MOST_STOPS:g} stops, not {self.exposure!r}"
-            raise InputError(f"exposure must be {rule}: 1 doubles the light, and -1 halves it")
+        if not (isinstance(self.exposure, (int, float, np.number)) and abs(self.exposure) <= MOST_STOPS):
+            raise InputError(
+                f"exposure must be between {-MOST_STOPS:g} and {MOST_STOPS:g} stops, not {self.exposure!r}: "
+                "1 doubles the light, and -1 halves it"
+            )
 
     @property
     def part(self) -> Tone:
@@ -57,11 +57,6 @@ class Display:
         x = np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=np.inf, neginf=0.0) * self.scale
         return np.clip(self.part.curve(np.clip(x, 0.0, self.part.white)), 0.0, 1.0)
 
-    def words(self) -> list[str]:
-        """The options of the command line that ask for the same."""
-        words = ["--exposure", f"{self.exposure:.9g}"] * (self.exposure != 0)
-        return words + ["--tone", self.part.name] * (self.part.name != PLAIN_TONE)
-
     def __str__(self) -> str:
         return f"exposure {digits(float(self.exposure), '+.9g')} stops, tone curve {self.part.name}"
 
@@ -71,7 +66,7 @@ def fitting_exposure(image: np.ndarray) -> int:
     light = lit(image)
     if light.size == 0:
         return 0
-    stops = round(math.log2(AIM / float(np.quantile(light, BRIGHT))))
+    stops = round(np.log2(AIM / float(np.quantile(light, BRIGHT))))
     return int(np.clip(stops, -MOST_STOPS, MOST_STOPS))
 
 

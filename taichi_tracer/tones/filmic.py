@@ -1,7 +1,5 @@
 """The filmic curve: bright places keep their shape, as on photographic film."""
 
-from typing import Any
-
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import register
 from taichi_tracer.tones.base import Tone
@@ -12,7 +10,7 @@ A, B, C, D, E, F = 0.15, 0.50, 0.10, 0.20, 0.02, 0.30
 WHITE, BIAS = 11.2, 2.0
 
 
-def hable(x: Any) -> Any:
+def hable(x):
     """(x (A x + C B) + D E) / (x (A x + B) + D F) − E/F, as one fraction, so that 0 becomes exactly 0."""
     return x * (A * (F - E) * x + B * (C * F - E)) / (F * (x * (A * x + B) + D * F))
 
@@ -28,6 +26,6 @@ class Filmic(Tone):
     name, label, white = "filmic", "Filmic", WHITE / BIAS
 
     @compile_time
-    def curve(self, x: Any) -> Any:
+    def curve(self, x):
         """h(2 x) / h(11.2)."""
         return hable(BIAS * x) * (1 / hable(WHITE))

@@ -2,10 +2,8 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.system.compile_time import compile_time
@@ -35,19 +33,14 @@ class Heat(Tone):
     name, label = "heat", "Heat"
 
     @compile_time
-    def curve(self, x: Any) -> Any:
+    def curve(self, x):
         """The colour; x is an array whose last axis has the channels, or a vector."""
         if isinstance(x, np.ndarray):
             return np.clip(3 * x.mean(axis=-1, keepdims=True) - np.arange(3), 0, 1)
-        return _heat(x)
+        return tm.clamp(tm.dot(x, tm.vec3(1)) - tm.vec3(0, 1, 2), 0, 1)
 
 
 HEAT = Heat()
-
-
-@ti.func
-def _heat(x):
-    return tm.clamp(x.sum() - tm.vec3(0, 1, 2), 0, 1)
 
 
 def heat(values: np.ndarray, largest: float) -> np.ndarray:

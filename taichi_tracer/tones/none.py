@@ -1,7 +1,5 @@
 """No curve: values up to 1 are shown as they are, and larger values are cut off."""
 
-from typing import Any
-
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import register
 from taichi_tracer.tones.base import Tone
@@ -14,6 +12,6 @@ class NoTone(Tone):
     name, label, white = "none", "None", 1.0
 
     @compile_time
-    def curve(self, x: Any) -> Any:
+    def curve(self, x):
         """x."""
         return x

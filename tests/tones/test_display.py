@@ -68,12 +68,9 @@ def test_a_curve_may_be_a_name_a_class_or_an_object():
 
     for tone in (Square, Square()):
         assert Display(tone=tone).shown(np.full((1, 1, 3), 0.5)).tolist() == [[[0.25] * 3]]
-    assert Display(tone=Square()).words() == ["--tone", "square"]
 
 
-def test_the_words_of_the_command_line_ask_for_the_same():
-    assert Display().words() == []
-    assert Display(-1.5, "filmic").words() == ["--exposure", "-1.5", "--tone", "filmic"]
+def test_a_display_says_what_it_is():
     assert str(Display(-1.5, "filmic")) == "exposure -1.5 stops, tone curve filmic"
 
 
