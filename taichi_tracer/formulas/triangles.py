@@ -29,8 +29,7 @@ class TriangleTest:
     kind, name, required = "triangle test", "", ("solve",)
 
     def __init__(self, name: str | None = None, solve: Callable | None = None) -> None:
-        if name is not None:
-            self.name = name
+        self.name = name or self.name
         if solve is not None:
             self.solve = solve
 
@@ -99,10 +98,11 @@ def watertight(o, d, v0, v1, v2):
 @ti.func
 def edge_functions(ax, ay, bx, by, cx, cy):
     """Twice the signed areas of the projected triangles o b c, o c a and o a b: on which side of each edge o lies."""
-    u_edge = rounded(cx * by) - rounded(cy * bx)
-    v_edge = rounded(ax * cy) - rounded(ay * cx)
-    w_edge = rounded(bx * ay) - rounded(by * ax)
-    return u_edge, v_edge, w_edge
+    return (
+        rounded(cx * by) - rounded(cy * bx),
+        rounded(ax * cy) - rounded(ay * cx),
+        rounded(bx * ay) - rounded(by * ax),
+    )
 
 
 @ti.func
