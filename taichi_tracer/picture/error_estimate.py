@@ -69,7 +69,7 @@ POWERS_OF_4 = 0x55555555
 # The logarithms of the factors by which the true κ may be larger, of both kinds, and smaller: so large that the
 # interval holds the truth. If n samples are few, κ may be much smaller, because the first doublings can remove nearly
 # all of the error; or larger, because they can remove nearly none: then a second number, divided by n, is added.
-LARGER_TO_POWER, LARGER_FROM_POWER, LARGER_OF_FEW = 0.2, 0.42, 0.4
+LARGER_TO_POWER, LARGER_FROM_POWER, LARGER_OF_FEW = 0.2, 0.47, 0.4
 SMALLER, SMALLER_OF_FEW = 0.6, 1.5
 FEW_OTHERS = 4  # samples after the first 2^m are too few if there are fewer than a quarter of these
 STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
