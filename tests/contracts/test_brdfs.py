@@ -6,7 +6,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from contracts.registered import check_part, every
+from contracts.registered import broken_parts, check_fails, check_part, every
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.contracts import brdfs
 
@@ -41,6 +41,11 @@ class TooBright(Diffuse):
     @ti.func
     def eval(self, material, w_o, w_i, n):
         return 1.3 * tm.vec3(1) / tm.pi
+
+
+@broken_parts({OneWay: "not reciprocal", TooBright: "reflects 1.3"})
+def test_broken_brdf_is_found(broken, reason):
+    check_fails(broken, check_part, reason)
 
 
 def test_what_is_not_promised_is_not_held_against_it():
