@@ -6,6 +6,8 @@ cosine. Densities are per solid angle. No light is reflected from a w_i below th
 horizon of the triangle's plane.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -41,7 +43,7 @@ class Brdf:
     needs = "a material for it"
     parameters: dict[str, float | tuple[float, float, float]] = {}
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """Whether this BRDF describes a ``Material``. If several do, the one that was registered last is used.
 
         Args:

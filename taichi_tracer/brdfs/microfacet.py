@@ -14,6 +14,8 @@ Light that would be reflected twice between the tiny mirrors is lost: a white me
 light from above, with α = 0.5 69 %, and with α = 1 31 %.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -40,7 +42,7 @@ class Microfacet(Brdf):
     reaches_all = True
     needs = "a material with alpha_x and alpha_y > 0"
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """A roughness of which at least one axis is above ``SMOOTH_BELOW``."""
         return material.is_rough and max(material.alpha_x, material.alpha_y) >= SMOOTH_BELOW
 
@@ -100,7 +102,7 @@ class SmoothConductor(DeltaBrdf):
     name = "smooth_metal"
     needs = "a metal with a roughness so small that it is a mirror"
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """A roughness that is below what the precision resolves."""
         return material.is_rough and max(material.alpha_x, material.alpha_y) < SMOOTH_BELOW
 
@@ -129,7 +131,7 @@ class MicrofacetBRDF(HandoutBrdf):
     name = "handout's microfacets"
     needs = Microfacet.needs
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """Every material with a roughness, but for the layer of ``rough_layer``, which has a base."""
         return material.is_rough and material.value(LAYERED, 0.0) != 1
 
