@@ -143,9 +143,8 @@ def load(folder: str | Path) -> StudentFiles:
     place = find_folder(folder)
     names = [f"{name}.py" for name in STUDENTS if (place / f"{name}.py").is_file()]
     found = run_files(StudentFiles(place, module_of_course), names)
-    if (
-        "BruteForceRayIntersector" in found.classes
-    ):  # the other one is its base class, in which ``query_ray`` is abstract
+    # Where there are two, the other one is the base class, in which ``query_ray`` is abstract.
+    if "BruteForceRayIntersector" in found.classes:
         found.classes["RayIntersector"] = found.classes["BruteForceRayIntersector"]
     return found
 

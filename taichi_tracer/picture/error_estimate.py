@@ -21,10 +21,10 @@ in base 4, so that a doubling that completes a power of 4 removes more than the 
     v = κ² (A − B)² 2^m (n − 2^m) / n²
 
 with the κ that was measured for both kinds of doublings, as a mean over scenes. It differs from scene to scene, and the
-interval below is widened by ``LARGER`` and ``SMALLER``. It differs more after a doubling that begins at a power of 4:
-where light is smooth, 4^k samples err so little that 2 · 4^k err nearly as much. ``python -m benchmarks.claims`` counts
-how often the interval holds the truth. If the others are fewer than a quarter of 2^m, their mean is too rough. Then
-A − B is that of the last doubling.
+interval below is widened by ``LARGER_TO_POWER``, ``LARGER_FROM_POWER`` and ``SMALLER``. It differs more after a
+doubling that begins at a power of 4: where light is smooth, 4^k samples err so little that 2 · 4^k err nearly as much.
+``python -m benchmarks.claims`` counts how often the interval holds the truth. If the others are fewer than a quarter of
+2^m, their mean is too rough. Then A − B is that of the last doubling.
 
 **The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error is random,
 too: both are sums of squares of about normal numbers, as many as pixels matter. If single pixels have most of the
