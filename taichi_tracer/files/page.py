@@ -10,7 +10,7 @@ import numpy as np
 
 from taichi_tracer.files.images import encode_png
 
-NUMBERS = tuple("+-−×<0123456789")  # how cells with numbers begin
+NUMBERS = (*"+-−×0123456789", "&lt;")  # how cells with numbers begin
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2733; --soft: #55626f; --grid: #d3dae1; --paper: #ffffff; --band: #f1f4f7; }
 @media (prefers-color-scheme: dark) {
