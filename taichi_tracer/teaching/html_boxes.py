@@ -53,7 +53,7 @@ def coloured(status: str, content: str) -> str:
 
 def lines_of(result: PartResult) -> list[str]:
     """What a terminal shows of one part: its status, the first wrong numbers, and what is probably wrong."""
-    head = f"  {result.status:<12}{result.name:<36}{result.points * result.share:>5.3g} of {result.points:<4g}"
+    head = f"  {result.status:<12}{result.name:<36}{result.earned:>5g} of {result.points:<4g}"
     said = [f"      {result.message}"] * bool(result.message)
     for whose, values in result.first_wrong.items() if said else ():
         said.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
@@ -71,7 +71,7 @@ def box(result: PartResult) -> str:
     """One part: its points, the first wrong numbers, what is probably wrong, and its pictures."""
     head = f"{coloured(result.status, html.escape(result.status))} <code>{html.escape(result.name)}</code>"
     topic = f", {result.topic}" * bool(result.topic)
-    facts = f"{result.points * result.share:.3g} of {result.points:g} points{topic}"
+    facts = f"{result.earned:g} of {result.points:g} points{topic}"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if result.status == RIGHT:
         return "".join(lines) + "</div>"
@@ -100,7 +100,7 @@ class Report:
     @property
     def points(self) -> float:
         """The points of all parts that were checked."""
-        return sum(result.points * result.share for result in self.results)
+        return round(sum(result.earned for result in self.results), DIGITS)
 
     @property
     def is_right(self) -> bool:
@@ -115,12 +115,12 @@ class Report:
         """
         if not self.points > 0:
             raise AssertionError(self.results[0].message if self.results else self.summary())
-        return float(round(self.points, DIGITS))
+        return self.points
 
     def summary(self) -> str:
         """One line."""
         right, of = sum(r.status == RIGHT for r in self.results), sum(r.points for r in self.results)
-        return f"{right} of {len(self.results)} parts are right: {self.points:.4g} of {of:g} points"
+        return f"{right} of {len(self.results)} parts are right: {self.points:g} of {of:g} points"
 
     def __str__(self) -> str:
         lines = [line for result in self.results for line in lines_of(result)]

@@ -10,10 +10,20 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.checking import answers_of, changed_source, check_folder, describe, find
 from taichi_tracer.teaching.handout.export import write_folder
-from taichi_tracer.teaching.html_boxes import lines_of, lines_of_findings
+from taichi_tracer.teaching.html_boxes import Report, lines_of, lines_of_findings
 from taichi_tracer.teaching.running import expected
+
+
+def test_the_points_of_a_report_are_the_sum_of_what_its_parts_show():
+    """As in ``grade``: a student's page and the list of the class have the same number."""
+    report = Report("a1", [PartResult("wrong", 0.916, points=1.0)] * 3)
+    assert report.score() == report.points == pytest.approx(2.76)
+    assert "2.76 of 3 points" in report.summary()
+    assert "0.92 of 1" in lines_of(report.results[0])[0]
+
 
 # ── descriptions ──
 
