@@ -10,9 +10,6 @@ or without the patches, they are Taichi's own fields, whose data kernels copy.
 **Freed.** The fields of a ``Memory`` are freed together with their owner. Reading them afterwards is an error, and ends
 no process.
 
-**Tables.** Each kernel costs time in every process: Python reads it, and Taichi translates or loads it. ``Tables`` copy
-their arrays on a CPU directly, elsewhere all of them by one kernel.
-
 **Numbers.** A number in an attribute, such as ``self.max_bounces``, becomes a constant of every kernel that reads it,
 and another number another kernel. Of a ``varying`` number, the kernel gets the value at each launch: ``self.width`` is
 then an argument, without a word in the kernel. In Python and in ``ti.static`` it is the usual number.
@@ -22,7 +19,6 @@ import itertools
 import math
 import weakref
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -149,9 +145,16 @@ class Builder(Block):
     def __init__(self) -> None:
         super().__init__([], {}, frozenset())
 
-    def finalize(self) -> list["ArrayField"]:
-        """Allocate the memory of all fields, which is 0. Returns the fields."""
-        return [converted(*one) for one in self.placed]
+    def finalize(self) -> "Builder":
+        """Allocate the memory of all fields, which is 0."""
+        for one in self.placed:
+            convert(*one)
+        return self
+
+    def destroy(self) -> None:
+        """Let go of the numbers of all fields."""
+        for field, _, _ in self.placed:
+            field.array = field.host_accessors = None
 
     def forget(self) -> None:
         """Let Taichi forget the fields, which have no memory yet."""
@@ -186,10 +189,6 @@ class ArrayField(Field):
         if self.array is None:
             raise StaleSceneError("this field was destroyed together with its owner: make a new one")
         return self.array
-
-    def free(self) -> None:
-        """Let go of the numbers."""
-        self.array = self.host_accessors = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -287,7 +286,7 @@ def forget(field: Any) -> None:
     runtime.matrix_fields = [other for other in runtime.matrix_fields if other is not field]
 
 
-def converted(field: Any, counts: dict[int, int], constant: frozenset[int]) -> ArrayField:
+def convert(field: Any, counts: dict[int, int], constant: frozenset[int]) -> None:
     """Make a field of Taichi's that has no memory an ``ArrayField``, in place, and give it memory.
 
     Args:
@@ -302,7 +301,6 @@ def converted(field: Any, counts: dict[int, int], constant: frozenset[int]) -> A
     field.__class__ = MatrixArray if isinstance(field, MatrixField) else ScalarArray
     field.array = aligned(math.prod(shape) * kind.itemsize).view(kind).reshape(shape)
     field.constant = [axis in constant for axis in counts]
-    return field
 
 
 # ── fields that are freed with their owner ──
@@ -378,7 +376,7 @@ class Memory:
             raise InputError("on this backend, scenes and renderers are made in the thread that started Taichi")
         self.has_arrays = arrays_are_possible()
         self.fields: Any = Builder() if self.has_arrays else ti.FieldsBuilder()
-        self._tree: Any = None  # of Taichi's fields; or the list of those in numpy's memory
+        self._tree: Any = None  # what ``fields`` made when they were allocated
         self._bytes = 0
 
     def is_over(self) -> bool:
@@ -391,30 +389,20 @@ class Memory:
         if not self.has_arrays:
             self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
 
-    def array(self, field: Any) -> np.ndarray:
-        """The memory of one of these fields as an array; only if this ``has_arrays``."""
-        self.check("field")
-        return field.numbers()
-
     def write(self, field: Any, numbers: ArrayLike) -> None:
         """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
-        if self.has_arrays:
-            self.array(field)[...] = numbers
-        else:
-            field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
+        self.check("field")
+        field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
 
     def clear(self, field: Any) -> None:
         """Set all numbers of one of these fields to 0."""
         self.check("field")
-        if self.has_arrays:
-            self.array(field)[...] = 0
-        else:
-            field.fill(0)
+        field.fill(0)
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""
         self.check("field")
-        return self.array(field).copy() if self.has_arrays else field.to_numpy()
+        return field.to_numpy()
 
     def __enter__(self) -> Any:
         return self.fields
@@ -436,10 +424,7 @@ class Memory:
     def free(self) -> None:
         """Free the memory now. The fields cannot be used afterwards."""
         tree, self._tree = self._tree, None
-        if self.has_arrays:
-            for field in tree or ():
-                field.free()
-        elif tree is not None:
+        if tree is not None:
             _destroy(tree, self._lifetime)
 
     def __del__(self) -> None:
@@ -468,68 +453,19 @@ def _destroy(tree: Any, lifetime: Lifetime) -> None:
 # ── arrays that are copied into fields ──
 
 
-# Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
-MANY_CELLS = 1 << 18
-MANY_CELLS_OF_A_GPU = 1 << 12  # one of its threads is slow; and Vulkan in software ends every loop after 65,535 turns
-
-
-@dataclass(frozen=True)
-class Table:
-    """A field and the array for it.
-
-    Attributes:
-        field: of numbers or of vectors, with at most two indices; or one matrix without an index. Of the running
-            precision, of f64, or of integers.
-        array: its numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
-        number: of the table among all.
-    """
-
-    field: Any
-    array: np.ndarray
-    number: int
-
-    @property
-    def components(self) -> int:
-        """How many numbers a cell of the field has."""
-        return int(np.prod(self.array.shape[len(self.field.shape) :]))
-
-    @property
-    def columns(self) -> int:
-        """The columns of the m in an n × m matrix, which is a cell of the field; 1 for other cells."""
-        return getattr(self.field, "m", 1)
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether the numbers are integers."""
-        return np.dtype(self.array.dtype).kind in "iub"
-
-    @property
-    def is_wide(self) -> bool:
-        """Whether the numbers are in f64 and kernels run in f32: then the bits of a number come as two integers."""
-        return self.field.dtype == ti.f64 and runtime.dtype() is np.float32
-
-    @property
-    def cells(self) -> int:
-        """How many cells of the field are written."""
-        return int(np.prod(self.array.shape[: len(self.field.shape)]))
-
-    @property
-    def is_large(self) -> bool:
-        """Whether a kernel copies the cells in parallel."""
-        return self.cells >= (MANY_CELLS if runtime.ensure().arch == "cpu" else MANY_CELLS_OF_A_GPU)
-
-
-@ti.data_oriented
 class Tables:
     """Fields and the arrays for them."""
 
     def __init__(self) -> None:
-        self.tables: dict[int, Table] = {}  # id of the field → its table
+        self.tables: dict[int, tuple[Any, np.ndarray]] = {}  # id of the field → the field, its array
 
     def put(self, field: Any, array: np.ndarray) -> None:
-        """Let ``load`` copy an array into a field, in place of an earlier array of the same shape for this field."""
-        number = self.tables[id(field)].number if id(field) in self.tables else len(self.tables)
-        self.tables[id(field)] = Table(field, array, number)
+        """Let ``load`` copy an array into a field, in place of an earlier array for this field.
+
+        Args:
+            array: the numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
+        """
+        self.tables[id(field)] = field, array
 
     def load(self, memory: Memory) -> None:
         """Copy all arrays into their fields.
@@ -537,74 +473,12 @@ class Tables:
         Args:
             memory: of the fields, which were allocated.
         """
-        if memory.has_arrays:
-            for table in self.tables.values():
-                rows = slice(len(table.array)) if table.field.shape else ...
-                memory.array(table.field)[rows] = table.array
-        else:
-            self.load_by_kernel()
-
-    def load_by_kernel(self) -> None:
-        """The same, where kernels have memory of their own."""
-        self._load(*self.arguments())
-
-    def arguments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All numbers, all integers, and for each table where its own begin and how many cells it has."""
-        places: list[int] = []
-        parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
-        sizes = {False: 1, True: 1}
-        for table in self.tables.values():
-            array, is_whole = table.array.reshape(-1), table.is_whole or table.is_wide
-            if table.is_wide:
-                array = array.astype("<f8").view("<i4")
-            places += [sizes[is_whole], table.cells]
-            parts[is_whole].append(array)
-            sizes[is_whole] += array.size
-        numbers = np.concatenate(parts[False], dtype=runtime.dtype(), casting="same_kind")
-        integers = np.concatenate(parts[True], dtype=np.int32, casting="unsafe")
-        return numbers, integers, np.array([*places, 0], np.int32)
-
-    @ti.kernel
-    def _load(
-        self,
-        numbers: ti.types.ndarray(ndim=1),
-        integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
-        places: ti.types.ndarray(dtype=ti.i32, ndim=1),
-    ):
-        ti.loop_config(serialize=True)
-        for _ in range(1):  # all small tables are inside this loop, so that Taichi translates them as one piece
-            for table in ti.static([table for table in self.tables.values() if not table.is_large]):
-                for i in range(places[2 * table.number + 1]):
-                    self.put_cell(table, numbers, integers, places[2 * table.number], i)
-        for table in ti.static([table for table in self.tables.values() if table.is_large]):
-            for i in range(places[2 * table.number + 1]):
-                self.put_cell(table, numbers, integers, places[2 * table.number], i)
-
-    @ti.func
-    def put_cell(self, table: ti.template(), numbers: ti.template(), integers: ti.template(), first, i):
-        """Write the i-th cell of a field, whose numbers begin at ``first``."""
-        source = ti.static(integers if table.is_whole or table.is_wide else numbers)
-        shape = ti.static(table.field.shape)
-        for k in ti.static(range(table.components)):
-            value = number_at(table, source, first, i * table.components + k)
-            if ti.static(len(shape) == 0):
-                if ti.static(table.columns > 1):
-                    table.field[None][k // table.columns, k % table.columns] = value
-                elif ti.static(hasattr(table.field, "n")):
-                    table.field[None][k] = value
-                else:
-                    table.field[None] = value
-            elif ti.static(len(shape) == 1):
-                if ti.static(hasattr(table.field, "n")):
-                    table.field[i][k] = value
-                else:
-                    table.field[i] = value
+        for field, array in self.tables.values():
+            if memory.has_arrays:
+                field.numbers()[slice(len(array)) if field.shape else ...] = array
             else:
-                row, column = i // shape[1], i % shape[1]
-                if ti.static(hasattr(table.field, "n")):
-                    table.field[row, column][k] = value
-                else:
-                    table.field[row, column] = value
+                missing = [(0, field.shape[0] - len(array)), *[(0, 0)] * (array.ndim - 1)] if field.shape else 0
+                memory.write(field, np.pad(array, missing) if field.shape else array)
 
 
 def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
@@ -626,13 +500,3 @@ def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
     memory.allocate()
     tables.load(memory)
     return memory, made
-
-
-@ti.func
-def number_at(table: ti.template(), source: ti.template(), first, i):
-    """The i-th number of a table, whose numbers begin at ``first``."""
-    if ti.static(table.is_wide):
-        low, high = ti.cast(source[first + 2 * i], ti.u32), ti.cast(source[first + 2 * i + 1], ti.u32)
-        return ti.bit_cast(ti.cast(low, ti.u64) | (ti.cast(high, ti.u64) << 32), ti.f64)
-    else:  # noqa: RET505 (Taichi compiles one of the two)
-        return ti.cast(source[first + i], table.field.dtype)

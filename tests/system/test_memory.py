@@ -130,7 +130,7 @@ def test_a_field_has_the_numbers_that_taichis_own_would_have(store, other_store,
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_see_what_the_other_wrote(store, rng, name):
     owner, field = store.memory, store.fields[name]
-    array = owner.array(field)
+    array = field.numbers()
     values = values_for(field, rng)
     field.from_numpy(values)
     np.testing.assert_array_equal(array, values)
