@@ -18,7 +18,7 @@ import textwrap
 import types
 import warnings
 import weakref
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +107,7 @@ def shown_place(file: str, line: int) -> str:
     return f"{file.removeprefix(here)}:{line}"
 
 
-def parameters(function: Callable) -> list[inspect.Parameter]:
+def parameters(function: Any) -> list[inspect.Parameter]:
     """The parameters of a function or method, without ``self``."""
     return [p for p in inspect.signature(unwrap(function)).parameters.values() if p.name != "self"]
 
@@ -229,6 +229,7 @@ def types_of(value: Any) -> list[str]:
 ONCE = ("random", "numpy.random", "time", "secrets")  # modules whose functions run once, when a kernel is compiled
 COMPUTES = (ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Return, ast.Attribute)
 SILENT = {"print", "ti.static_print", "ti.static_assert"}  # what changes nothing
+DECIDES = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
 SIZES = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)  # comparisons that only the kernel can make of its numbers
 CONSTANTS = (int, float, str, bool, tuple)
 Values = tuple[tuple[str, Any], ...]
@@ -249,7 +250,8 @@ def check(function: Callable, owner: type) -> None:
             continue
         seen.add(found)
         one = OwnFunction(found, tree, owner)
-        for node, call in one.calls():
+        for node in one.calls:
+            call = one.meant(node.func)
             one.check_call(node, call)
             if is_of_taichi(call):
                 waiting.append(call)
@@ -284,22 +286,13 @@ def check_whole(what: str, function: Any, owner: type, right: Any) -> None:
 
 def check_self(what: str, function: Callable, right: Callable) -> None:
     """Raise an OwnCodeError if a method lacks the parameter ``self``."""
-    name, given, known = unwrap(function).__name__, parameter_names(function), parameter_names(right)
-    is_method = "." in unwrap(function).__qualname__.split("<locals>.")[-1]
+    own, tree = unwrap(function), tree_of(unwrap(function))
+    given, known = (list(inspect.signature(unwrap(one)).parameters) for one in (function, right))
+    is_static = tree is not None and "staticmethod" in map(ast.unparse, tree.decorator_list)
+    is_method = "." in own.__qualname__.split("<locals>.")[-1] and not is_static
     is_renamed = len(given) >= len(known) and given[:1] != known[1:2]
-    if is_method and known[:1] == ["self"] and "self" not in given and not is_renamed and not is_static(function):
-        raise fault(function, f"{what} has no self: write def {name}({', '.join(['self', *given])})")
-
-
-def parameter_names(function: Callable) -> list[str]:
-    """The names of the parameters of a function or method."""
-    return list(inspect.signature(unwrap(function)).parameters)
-
-
-def is_static(function: Callable) -> bool:
-    """Whether a function is a static method."""
-    tree = tree_of(unwrap(function))
-    return tree is not None and any(getattr(one, "id", "") == "staticmethod" for one in tree.decorator_list)
+    if is_method and known[:1] == ["self"] and "self" not in given and not is_renamed:
+        raise fault(function, f"{what} has no self: write def {own.__name__}({', '.join(['self', *given])})")
 
 
 def changes_others(function: Any) -> bool:
@@ -325,20 +318,6 @@ def is_of_taichi(function: Any) -> bool:
     return hasattr(getattr(function, "__func__", function), "_is_taichi_function")
 
 
-def runs_once(function: Any) -> bool:
-    """Whether a function belongs to a module whose functions run once, when a kernel is compiled."""
-    homes = getattr(function, "__module__", None), type(getattr(function, "__self__", None)).__module__
-    return any(str(home).startswith(ONCE) for home in homes)
-
-
-def compares(node: ast.AST, names: set[str]) -> bool:
-    """Whether a node decides something by comparing numbers of some names."""
-    tests = node.values if isinstance(node, ast.BoolOp) else [getattr(node, "test", node)]
-    inside = [one for test in tests for one in ast.walk(test) if isinstance(one, ast.Compare)]
-    sizes = [one for one in inside if any(isinstance(op, SIZES) for op in one.ops)]
-    return any(isinstance(name, ast.Name) and name.id in names for one in sizes for name in ast.walk(one))
-
-
 class OwnFunction:
     """A function that somebody has written.
 
@@ -348,16 +327,19 @@ class OwnFunction:
 
     def __init__(self, function: Callable, tree: ast.FunctionDef, owner: type) -> None:
         self.function, self.owner, self.tree = function, owner, tree
-        self.parents: dict[ast.AST | None, ast.AST] = {
-            child: node for node in ast.walk(self.tree) for child in ast.iter_child_nodes(node)
-        }
+        body = [node for statement in tree.body for node in ast.walk(statement)]
+        self.calls = [node for node in body if isinstance(node, ast.Call)]
+        self.unused = {node.value for node in body if isinstance(node, ast.Expr)}  # values that nobody takes
+        # What Taichi decides while the kernel is read, because it stands in ti.static.
+        self.static = {inner for node in body if self.is_static(node) for inner in ast.walk(node)}
         closure = inspect.getclosurevars(function)
         self.names: dict[str, Any] = {**closure.builtins, **closure.globals, **closure.nonlocals}
 
-    def calls(self) -> Iterator[tuple[ast.Call, Any]]:
-        """Each call, with what it calls; None where that is not known."""
-        body = [node for statement in self.tree.body for node in ast.walk(statement)]
-        return ((node, self.meant(node.func)) for node in body if isinstance(node, ast.Call))
+    @staticmethod
+    def is_static(node: ast.AST) -> bool:
+        """Whether a node is a call of ti.static, or an if or a loop with one."""
+        heads = [getattr(node, "test", None), getattr(node, "iter", None), node]
+        return any(isinstance(head, ast.Call) and getattr(head.func, "attr", "") == "static" for head in heads)
 
     def meant(self, node: ast.AST) -> Any:
         """The function or module that an expression names; None if it is not known before the kernel runs."""
@@ -371,25 +353,18 @@ class OwnFunction:
         base = self.meant(node.value)
         return getattr(base, node.attr, None) if isinstance(base, types.ModuleType) else None
 
-    def is_static(self, node: ast.AST | None) -> bool:
-        """Whether a node belongs to what Taichi decides while the kernel is read: in ti.static."""
-        while node := self.parents.get(node):
-            heads = [getattr(node, "test", None), getattr(node, "iter", None), node]
-            if any(isinstance(head, ast.Call) and getattr(head.func, "attr", "") == "static" for head in heads):
-                return True
-        return False
-
     def check_call(self, node: ast.Call, function: Any) -> None:
         """A function that gives nothing where a value is needed; one that lacks @ti.func; one that runs only once."""
         name = ast.unparse(node.func)
-        if function is not None and runs_once(function):
+        homes = getattr(function, "__module__", None), type(getattr(function, "__self__", None)).__module__
+        if any(str(home).startswith(ONCE) for home in homes):
             text = f"{name} runs once, while the kernel is compiled: a sample takes rng.next_1d(), others ti.random()"
             warnings.warn(f"{place(self.function, node)}: {text}", stacklevel=2)
         self.check_numpy(node, name)
         if function is None or not is_own(function):
             return
         if is_of_taichi(function):
-            if gives_nothing(function) and not isinstance(self.parents.get(node), ast.Expr):
+            if gives_nothing(function) and node not in self.unused:
                 text = f"{name} has no return with a value, and {place(self.function, node)} needs one"
                 raise fault(function, text)
         elif inspect.isfunction(function) and self.needs_func(node, function):
@@ -402,7 +377,7 @@ class OwnFunction:
         is_given = any(root_of(one) in values for argument in node.args for one in ast.walk(argument))
         in_kernel = any(ast.unparse(one).endswith(("func", "kernel")) for one in self.tree.decorator_list)
         is_numpys = self.names.get(root_of(node.func)) is np and not hasattr(ti, last)
-        if is_numpys and is_given and in_kernel and not self.is_static(node):
+        if is_numpys and is_given and in_kernel and node not in self.static:
             advice = f"use tm.{last}" if hasattr(tm, last) else "use what taichi.math has"
             if last in ("array", "asarray"):
                 advice = f"use {text}{'[None]' * text.startswith('self.')}"
@@ -412,13 +387,15 @@ class OwnFunction:
         """Whether a plain function decides something by values that only the kernel knows."""
         tree = tree_of(unwrap(function))
         given = [*node.args, *(keyword.value for keyword in node.keywords)]
-        is_known = all(isinstance(one, ast.Constant) for one in given) or self.is_static(node)
+        is_known = all(isinstance(one, ast.Constant) for one in given) or node in self.static
         if is_known or tree is None or hasattr(function, "is_for_python_too"):
             return False
         stored = (one for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
         names = {a.arg for a in tree.args.args if a.arg != "self"} | {one.id for one in stored}
-        decides = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
-        return any(compares(one, names) for one in ast.walk(tree) if isinstance(one, decides))
+        tests = [getattr(one, "test", one) for one in ast.walk(tree) if isinstance(one, DECIDES)]
+        compared = [one for test in tests for one in ast.walk(test) if isinstance(one, ast.Compare)]
+        compared = [one for one in compared if isinstance(one.ops[0], SIZES)]
+        return any(getattr(inner, "id", "") in names for one in compared for inner in ast.walk(one))
 
 
 def values_of(parts: Iterable[Any]) -> Values:
@@ -441,8 +418,7 @@ def names_read(cls: type) -> tuple[str, ...]:
 
 def note_change(former: Values, present: Values) -> None:
     """Warn of the values that have changed since a kernel was compiled."""
-    before = dict(former)
-    changed = [name for name, value in present if before.get(name, value) != value]
+    changed = [name for name, value in present if dict(former).get(name, value) != value]
     if changed:
         text = f"{', '.join(changed)} changed: the picture begins again, and its kernel is compiled again"
         warnings.warn(f"{text}; a ti.field changes without that", stacklevel=3)

@@ -76,10 +76,9 @@ def root_of(error: BaseException) -> BaseException:
     What Taichi says itself may come from an error within Taichi, which means nothing to the user.
     """
     is_of_python = "Traceback (most recent call last)" in str(error)
-    found, seen = error, {id(error)}
-    while error.__context__ is not None and id(error.__context__) not in seen:
+    found = error
+    while error.__context__ is not None:
         error = error.__context__
-        seen.add(id(error))
         if is_of_python or isinstance(error, (TaichiCompilationError, InputError)):
             found = error
     return found

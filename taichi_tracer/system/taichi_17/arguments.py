@@ -15,7 +15,6 @@ import math
 import re
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -31,30 +30,36 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 from taichi_tracer.system import compiling, memory
 from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import CannotCompileError, StaleSceneError
+from taichi_tracer.system.own_code import faults
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
+from taichi_tracer.system.taichi_17 import sources
 
 FIELDS = (memory.ScalarArray, memory.MatrixArray)
 AXES = 1  # of each argument: the index is computed here
 
 
-@dataclass
 class Argument:
     """A field as an argument of a kernel.
 
     Attributes:
-        of: the field. number: Taichi's number of the argument. pointer: Taichi's expression of the array.
+        of: the field, if somebody has it. shape, constant, own: as of the field.
+        number: Taichi's number of the argument. pointer: Taichi's expression of the array.
         counts: axis → Taichi's number of the argument that has its count, and the expression.
     """
 
-    of: Any
-    number: Any
-    pointer: Any
-    counts: dict[int, tuple[Any, Expr]] = field(default_factory=dict)
+    def __init__(self, of: Any) -> None:
+        self.of, self.shape, self.constant, self.own = weakref.ref(of), of.shape, of.constant, of.own
+        element = of.kind
+        if of.own:
+            element = core.get_type_factory_instance().get_tensor_type(list(of.own), element)
+        self.number = impl.get_runtime().compiling_callable.insert_ndarray_param(element, AXES, "numbers", False)
+        self.pointer = core.make_external_tensor_expr(element, AXES, self.number, False, 0, core.BoundaryMode.UNSAFE)
+        self.counts: dict[int, tuple[Any, Expr]] = {}
 
     def count(self, axis: int) -> Any:
         """How many elements there are along an axis: a constant of the code, or an argument of the kernel."""
-        if self.of.constant[axis]:
-            return self.of.shape[axis]
+        if self.constant[axis]:
+            return self.shape[axis]
         if axis not in self.counts:
             self.counts[axis] = added_scalar(ti.i32, "count")
         return self.counts[axis][1]
@@ -66,8 +71,21 @@ class Argument:
         builder = runtime.compiling_callable.ast_builder()
         return Expr(builder.expr_subscript(self.pointer, make_expr_group(index), place))
 
+    def is_alive(self) -> bool:
+        """Whether the field has memory."""
+        return getattr(self.of(), "array", None) is not None
 
-@dataclass
+    def set(self, context: Any) -> None:
+        """Set it in Taichi's object of a launch."""
+        array: Any = getattr(self.of(), "array", None)
+        if array is None:
+            raise StaleSceneError("a field of this kernel was destroyed together with its owner: make a new one")
+        cells = max(1, array.size // max(1, math.prod(self.own)))
+        context.set_arg_external_array_with_shape(self.number, array.ctypes.data, array.nbytes, (cells,), 0)
+        for axis, (number, _) in self.counts.items():
+            context.set_arg_int(number, array.shape[axis])
+
+
 class Number:
     """A varying number as an argument of a kernel.
 
@@ -76,30 +94,36 @@ class Number:
         owner: the object whose attribute it is. name: of the attribute. path: its indices, if that is a tuple.
     """
 
-    number: Any
-    value: Expr
-    owner: Any
-    name: str
-    path: tuple[int, ...]
+    def __init__(self, kind: Any, owner: Any, name: str, path: tuple[int, ...]) -> None:
+        self.number, self.value = added_scalar(kind, name)
+        self.owner, self.name, self.path = weakref.ref(owner), name, path
+
+    def set(self, context: Any) -> None:
+        """Set it in Taichi's object of a launch."""
+        value = getattr(self.owner(), self.name)
+        for k in self.path:
+            value = value[k]
+        set_number = context.set_arg_float if isinstance(value, float) else context.set_arg_int
+        set_number(self.number, value)
 
 
 class Reading:
-    """The arguments that were added to the kernel that Python reads."""
+    """The arguments that were added to a kernel when Python read it.
+
+    Attributes:
+        known: what stays in memory while the kernel is read, because its ``id`` is a key.
+    """
 
     def __init__(self) -> None:
         self.arguments: dict[int, Argument] = {}
         self.numbers: dict[tuple[int, str, tuple[int, ...]], Number] = {}
+        self.known: list[Any] = []
 
     def argument(self, of: Any) -> Argument:
         """The argument for a field; it is added to the kernel where it is asked for first."""
         if id(of) not in self.arguments:
-            element = of.kind
-            if of.own:
-                element = core.get_type_factory_instance().get_tensor_type(list(of.own), element)
-            number = impl.get_runtime().compiling_callable.insert_ndarray_param(element, AXES, "numbers", False)
-            pointer = core.make_external_tensor_expr(element, AXES, number, False, 0, core.BoundaryMode.UNSAFE)
-            of.numbers()
-            self.arguments[id(of)] = Argument(of, number, pointer)
+            self.arguments[id(of)] = Argument(of)
+            self.known.append(of)
         return self.arguments[id(of)]
 
     def number(self, owner: Any, name: str, value: Any, path: tuple[int, ...] = ()) -> Any:
@@ -109,54 +133,22 @@ class Reading:
         if type(value) not in memory.VARYING:
             return value
         key = id(owner), name, path
-        known = self.numbers.get(key)
-        if known is None:
+        if key not in self.numbers:
             kind = ti.i32 if type(value) is memory.VaryingInt else impl.get_runtime().default_fp
-            known = self.numbers[key] = Number(*added_scalar(kind, name), owner, name, path)
-        return known.value
-
-    def kept(self) -> "Launch | None":
-        """What a launch needs."""
-        if not self.arguments and not self.numbers:
-            return None
-        return Launch(list(self.arguments.values()), list(self.numbers.values()))
-
-
-class Launch:
-    """Sets the arguments of a kernel."""
-
-    def __init__(self, arguments: list[Argument], numbers: list[Number]) -> None:
-        self.fields = [weakref.ref(one.of) for one in arguments]
-        self.places = [(one.number, [(number, axis) for axis, (number, _) in one.counts.items()]) for one in arguments]
-        self.numbers = [(one.number, one.name, one.path) for one in numbers]
-        self.owners = [weakref.ref(one.owner) for one in numbers]
-
-    def is_alive(self) -> bool:
-        """Whether all its fields have memory."""
-        found = [reference() for reference in self.fields]
-        return all(field is not None and field.array is not None for field in found)
+            self.numbers[key] = Number(kind, owner, name, path)
+            self.known.append(owner)
+        return self.numbers[key].value
 
     def set(self, context: Any) -> None:
         """Set all of them in Taichi's object of a launch."""
-        fields: list[Any] = [reference() for reference in self.fields]
-        if any(of is None or of.array is None for of in fields):
-            raise StaleSceneError("a field of this kernel was destroyed together with its owner: make a new one")
-        for (number, counts), of in zip(self.places, fields, strict=True):
-            array = of.array
-            cells = max(1, array.size // max(1, math.prod(of.own)))
-            context.set_arg_external_array_with_shape(number, array.ctypes.data, array.nbytes, (cells,), 0)
-            for number_of_axis, axis in counts:
-                context.set_arg_int(number_of_axis, array.shape[axis])
-        for (number, name, path), reference in zip(self.numbers, self.owners, strict=True):
-            value = getattr(reference(), name)
-            for k in path:
-                value = value[k]
-            set_number = context.set_arg_float if isinstance(value, float) else context.set_arg_int
-            set_number(number, value)
+        for argument in self.arguments.values():
+            argument.set(context)
+        for number in self.numbers.values():
+            number.set(context)
 
 
 readings: list[Reading] = []
-LAUNCHES: "weakref.WeakKeyDictionary[Any, Launch]" = weakref.WeakKeyDictionary()  # Taichi's kernel → its arguments
+LAUNCHES: "weakref.WeakKeyDictionary[Any, Reading]" = weakref.WeakKeyDictionary()  # Taichi's kernel → its arguments
 
 
 def argument_for(value: Any) -> Argument | None:
@@ -166,25 +158,38 @@ def argument_for(value: Any) -> Argument | None:
 
 
 def reading(create: Callable) -> Callable:
-    """``Program.create_kernel``, which notes the arguments that are added to a kernel while it is read."""
+    """``Program.create_kernel``, which notes the arguments that are added to a kernel while it is read.
+
+    It reports each kernel to ``compiling``, and errors of a student's own code become one line.
+    """
 
     @functools.wraps(create)
     def created(program: Any, build: Any, name: str, *words: Any) -> Any:
         def built(kernel: Any) -> None:
             build(kernel)
-            if readings[-1].kept() is not None:
+            if readings[-1].known:
                 kernel.finalize_params()
 
+        start = perf_counter()
         readings.append(Reading())
         try:
-            made = create(program, built, name, *words)
-            launch = readings[-1].kept()
+            with stage(KERNELS_READ):
+                made = create(program, built, name, *words)
+        except Exception as error:
+            fault = faults.fault_of(error)
+            if fault is None:
+                raise
+            raise fault from None  # whose context has what Taichi says
         finally:
-            readings.pop()
+            found = readings.pop()
+            while sources.contexts:
+                sources.contexts.pop().argument_data = ()
         # A new kernel may have the address of a former one, and so the same number.
         LAUNCHES.pop(made, None)
-        if launch is not None:
-            LAUNCHES[made] = launch
+        if found.known:
+            LAUNCHES[made] = found
+        found.known = []
+        compiling.note_reading(made, _NUMBERS.sub("", name), start, perf_counter() - start)
         return made
 
     return created
@@ -228,13 +233,13 @@ def subscripting(usual: Callable) -> Callable:
 
 def element_of(usual: Callable, argument: Argument, indices: tuple[Any, ...]) -> Expr:
     """The element of a field at indices; the last axis is the one along which the memory is contiguous."""
-    found, axes = flat(usual, indices, len(argument.of.constant)), len(argument.of.constant)
+    found, axes = flat(usual, indices), len(argument.constant)
     if len(found) != axes:
         raise TaichiIndexError(f"Field with dim {axes} accessed with indices of dim {len(found)}")
     index: Any = 0
     for axis, one in enumerate(found):
         index = whole_number(one) if axis == 0 else index * argument.count(axis) + whole_number(one)
-    if isinstance(index, Expr) and argument.of.own:
+    if isinstance(index, Expr) and argument.own:
         index = index & known_range(argument)
     return argument.at(index)
 
@@ -245,10 +250,10 @@ def known_range(argument: Argument) -> int:
     Taichi reads their numbers one by one, at index · length + 0, 1, ... LLVM joins the reads, and computes one address
     for them, if it knows that none of these sums overflows. It does if the upper bits of the index are certainly 0.
     """
-    return (1 << 30 - math.ceil(math.log2(math.prod(argument.of.own)))) - 1
+    return (1 << 30 - math.ceil(math.log2(math.prod(argument.own)))) - 1
 
 
-def flat(usual: Callable, indices: tuple[Any, ...], count: int) -> list[Any]:
+def flat(usual: Callable, indices: tuple[Any, ...]) -> list[Any]:
     """The indices of all axes, also if they come as one vector; none if the only one is None."""
     found: list[Any] = []
     for one in indices:
@@ -309,7 +314,7 @@ def looping(usual: Callable) -> Callable:
         argument = argument_for(over)
         if argument is None:
             return usual(context, node, is_grouped)
-        indices = ast.Constant(ti.ndrange(*(argument.count(axis) for axis in range(len(argument.of.constant)))))
+        indices = ast.Constant(ti.ndrange(*(argument.count(axis) for axis in range(len(argument.constant)))))
         ast.copy_location(indices, node.iter)
         if is_grouped:
             node.iter.args = [indices]
@@ -335,8 +340,8 @@ def launching(call: Callable) -> Callable:
         try:
             return call(self, *arguments, **named)
         except StaleSceneError:
-            launches = {key: LAUNCHES.get(kernel) for key, kernel in self.compiled_kernels.items()}
-            dead = [key for key, launch in launches.items() if launch is not None and not launch.is_alive()]
+            readings_of = {key: LAUNCHES.get(kernel, Reading()) for key, kernel in self.compiled_kernels.items()}
+            dead = [k for k, of in readings_of.items() if not all(one.is_alive() for one in of.arguments.values())]
             if not dead:
                 raise
             for key in dead:
@@ -344,20 +349,6 @@ def launching(call: Callable) -> Callable:
             return call(self, *arguments, **named)
 
     return called
-
-
-def counting_reading(create: Callable) -> Callable:
-    """``Program.create_kernel``, which reports each kernel to ``compiling``."""
-
-    @functools.wraps(create)
-    def created(program: Any, build: Any, name: str, *words: Any) -> Any:
-        start = perf_counter()
-        with stage(KERNELS_READ):
-            made = create(program, build, name, *words)
-        compiling.note_reading(made, _NUMBERS.sub("", name), start, perf_counter() - start)
-        return made
-
-    return created
 
 
 def counting_translating(compile_it: Callable) -> Callable:

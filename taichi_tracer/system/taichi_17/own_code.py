@@ -29,22 +29,6 @@ def looking(call: Callable) -> Callable:
     return looked
 
 
-def telling(create: Callable) -> Callable:
-    """``Program.create_kernel``, whose errors of a student's own code become one line."""
-
-    @functools.wraps(create)
-    def checked(*words: Any) -> Any:
-        try:
-            return create(*words)
-        except Exception as error:
-            fault = faults.fault_of(error)
-            if fault is None:
-                raise
-            raise fault from None  # whose context has what Taichi says
-
-    return checked
-
-
 def assigning(assign: Callable) -> Callable:
     """``TaichiOperations._assign``, or ``_augassign``: a vector that is given to a number would end the process.
 
@@ -61,7 +45,11 @@ def assigning(assign: Callable) -> Callable:
         ):
             what = checks.kind_of(value)
             raise TaichiTypeError(f"a variable that holds a number cannot get {what}: begin with tm.vec3(0)")
-        note_cut(of, value)
+        is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in checks.types_of(of))
+        has_fraction = any(one.startswith("f") for one in checks.types_of(value)) or isinstance(value, float)
+        if is_whole and has_fraction and (place := own_place()):
+            text = "a whole number gets a number with a fraction, which is cut off: begin with 0.0 instead of 0"
+            warnings.warn(f"{place}: {text}", stacklevel=2)
         return assign(of, value, *operation)
 
     return assigned
@@ -78,15 +66,6 @@ def multiplying(multiply: Callable) -> Callable:
         return multiply(of, other)
 
     return multiplied
-
-
-def note_cut(of: Any, value: Any) -> None:
-    """Warn where a whole number gets a number with a fraction, if somebody's own code does it."""
-    is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in checks.types_of(of))
-    has_fraction = any(one.startswith("f") for one in checks.types_of(value)) or isinstance(value, float)
-    if is_whole and has_fraction and (place := own_place()):
-        text = "a whole number gets a number with a fraction, which is cut off: begin with 0.0 instead of 0"
-        warnings.warn(f"{place}: {text}", stacklevel=2)
 
 
 def own_place() -> str:

@@ -26,7 +26,6 @@ VERSIONS = (1, 7, 3), (1, 7, 4)  # of Taichi, with which the patches were tried
 REPLACED = (
     # 1.5 s: functions are found once, and the places that messages show are written in one line.
     (kernel_impl, "_get_tree_and_ctx", sources.finding_once),
-    (core.Program, "create_kernel", sources.letting_go),
     # 0.5 s of the 2.2 s of a picture whose kernels are not kept; 0 s of one whose kernels are.
     (kernel_impl.Func, "__call__", blocks.in_blocks),
     # 0.14 s, and no kernel for another mesh or size: fields are arguments of kernels, in numpy's memory.
@@ -37,11 +36,9 @@ REPLACED = (
     (ASTTransformer, "build_Attribute", arguments.loading),
     (ASTTransformer, "build_struct_for", arguments.looping),
     # No time: kernels and their seconds are counted, for messages, profiles and studies.
-    (core.Program, "create_kernel", arguments.counting_reading),
     (core.Program, "compile_kernel", arguments.counting_translating),
     # No time: a mistake in a part of one's own is one line, and does not end the process.
     (kernel_impl.Func, "__call__", own_code.looking),
-    (core.Program, "create_kernel", own_code.telling),
     (TaichiOperations, "__mul__", own_code.multiplying),
     (TaichiOperations, "_assign", own_code.assigning),
     (TaichiOperations, "_augassign", own_code.assigning),

@@ -7,10 +7,7 @@ each expression, it writes out the lines that an error message would show, with 
 import ast
 import functools
 import inspect
-import linecache
 import textwrap
-import types
-import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -27,40 +24,16 @@ class Context(ASTTransformerContext):
         return f'File "{self.file}", line {node.lineno + self.lineno_offset}, in {name}:\n{line}\n'
 
 
-contexts: list[Context] = []  # those of the kernel that is read
-_FOUND: "weakref.WeakKeyDictionary[Callable, tuple[str, list[str], int]]" = weakref.WeakKeyDictionary()
+# Those of the kernel that is read. They belong to cycles of objects, which Python finds late: ``arguments.reading``
+# takes the arguments of the kernel's first call out of them, so that arrays and scenes do not stay in memory.
+contexts: list[Context] = []
 
 
+@functools.cache
 def source_of(function: Callable) -> tuple[str, list[str], int]:
-    """The file of a function, its lines, and the number of the first.
-
-    The last line is that of its last instruction. Where more belongs to it, such as a bracket, ``inspect`` reads the
-    tokens of the file, which takes longer.
-    """
-    if function not in _FOUND:
-        code = inspect.unwrap(function).__code__
-        linecache.checkcache(code.co_filename)
-        first = code.co_firstlineno
-        lines = linecache.getlines(code.co_filename, function.__globals__)[first - 1 : last_line(code)]
-        try:
-            is_whole = len(tree_of(lines).body) == 1
-        except SyntaxError:
-            is_whole = False
-        if not is_whole:
-            lines, first = kernel_impl.getsourcelines(function)
-        _FOUND[function] = code.co_filename, [line.rstrip().expandtabs(4) for line in lines], first
-    return _FOUND[function]
-
-
-def last_line(code: types.CodeType) -> int:
-    """The last line with an instruction of a function, or of a function within it."""
-    inner = [last_line(one) for one in code.co_consts if isinstance(one, types.CodeType)]
-    return max(*(line or 0 for *_, line in code.co_lines()), *inner, code.co_firstlineno)
-
-
-def tree_of(lines: list[str]) -> ast.Module:
-    """The syntax tree of a function's lines."""
-    return ast.parse(textwrap.dedent("\n".join(lines)))
+    """The file of a function, its lines, and the number of the first."""
+    lines, first = kernel_impl.getsourcelines(function)
+    return inspect.unwrap(function).__code__.co_filename, [line.rstrip().expandtabs(4) for line in lines], first
 
 
 def finding_once(_usual: Callable) -> Callable:
@@ -70,7 +43,7 @@ def finding_once(_usual: Callable) -> Callable:
         self: Any, excluded_parameters: Any = (), is_kernel: bool = True, args: Any = None, **more: Any
     ) -> tuple[ast.Module, Context]:
         file, lines, first = source_of(self.func)
-        tree: Any = tree_of(lines)
+        tree: Any = ast.parse(textwrap.dedent("\n".join(lines)))
         tree.body[0].decorator_list = []
         if any("**" in line for line in lines):
             part_powers(tree)
@@ -104,21 +77,3 @@ def part_powers(tree: ast.Module) -> None:
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             negative = ast.UnaryOp(ast.USub(), ast.UnaryOp(ast.USub(), node.left))
             node.left = ast.fix_missing_locations(ast.copy_location(negative, node.left))
-
-
-def letting_go(create: Callable) -> Callable:
-    """``Program.create_kernel``, after which no context of a function has arguments.
-
-    A context belongs to a cycle of objects, which Python finds only when it looks for such cycles. The arrays and the
-    scene of a kernel's first call would stay in memory until then.
-    """
-
-    @functools.wraps(create)
-    def created(*words: Any) -> Any:
-        try:
-            return create(*words)
-        finally:
-            while contexts:
-                contexts.pop().argument_data = ()
-
-    return created
