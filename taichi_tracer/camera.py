@@ -31,7 +31,7 @@ from taichi_tracer.formulas.view import (
 )
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.compile_time import compile_time, compile_time_as, element, inside_kernel, runs_in_kernels
+from taichi_tracer.system.compile_time import compile_time, element, inside_kernel, runs_in_kernels
 from taichi_tracer.system.course_fields import HeldExpr, held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.own_code.checks import fault
@@ -360,9 +360,11 @@ class ProjectiveCamera(CameraSettings):
         half, centre = self.half_size[None], self.centre[None]
         return tm.vec4(ndc_coords.x * half.x + centre.x, ndc_coords.y * half.y + centre.y, 1, 0)
 
-    @compile_time_as(lambda camera: element(camera.camera_to_world, None))
+    @compile_time
     def compute_matrix(self) -> Any:
         """The camera-to-world matrix [x_c y_c z_c eye; 0 0 0 1] (A1-8): (4, 4) float64; in a kernel, a mat4."""
+        if inside_kernel():
+            return element(self.camera_to_world, None)
         return camera_frame(self.eye, self.at, self.up, self.handedness)
 
     @ti.func

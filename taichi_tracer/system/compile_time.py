@@ -95,16 +95,3 @@ def variable(value):
 def element(field, *indices):
     """``field[indices]`` in a function with ``compile_time``."""
     return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, *indices)
-
-
-def compile_time_as(inside: Callable) -> Callable[[Function], Function]:
-    """Let kernels call a method of Python; at compile time, ``inside(object)`` takes its place there."""
-
-    def decorate(method: Any) -> Any:
-        @functools.wraps(method)
-        def either(owner: object) -> Any:
-            return inside(owner) if inside_kernel() else method(owner)
-
-        return compile_time(either)
-
-    return decorate

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter, thread_time
-from typing import Any, Protocol
+from typing import Any
 
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
 # smallest kernel of the package takes 0.04 s to translate.
@@ -44,17 +44,9 @@ class Kernel:
         return self.processor > max(LOADED, LOADED_SHARE * self.reading)
 
 
-class Watcher(Protocol):
-    """Is called when Taichi translates a kernel: meanwhile Python sees no signal, and no other thread runs."""
-
-    def begins(self, kernel: Kernel) -> None:
-        """Taichi is about to translate a kernel, or to load it."""
-
-    def ends(self) -> None:
-        """It has done so."""
-
-
-watchers: list[Watcher] = []
+# Objects whose ``begins(kernel)`` and ``ends()`` are called before and after Taichi translates a kernel, or loads it:
+# meanwhile Python sees no signal, and no other thread runs.
+watchers: list[Any] = []
 _kernels: list[Kernel] = []
 _by_id: dict[int, Kernel] = {}
 _machine_code: list[float] = []  # seconds in which it was made

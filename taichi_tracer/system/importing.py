@@ -7,7 +7,6 @@ For each function with ``@ti.func``, Taichi asks ``inspect`` for the source line
 
 import contextlib
 import importlib
-import importlib.util
 import inspect
 import linecache
 import os
@@ -36,7 +35,6 @@ def quick_imports() -> Iterator[None]:
     inspect.getframeinfo = frame_info  # type: ignore[assignment]
     if is_first:
         os.environ["TI_LOG_LEVEL"] = level or "warn"  # Taichi reads it when it is imported
-        defer("urllib.request")  # Taichi imports it for its search for newer versions, at most once a week
     try:
         yield
         if is_first and "taichi" in sys.modules:
@@ -47,20 +45,6 @@ def quick_imports() -> Iterator[None]:
             os.environ.pop("TI_LOG_LEVEL", None)
             if "taichi" in sys.modules:
                 sys.modules["taichi"].set_logging_level(sys.modules["taichi"].INFO)
-
-
-def defer(name: str) -> None:
-    """Let a module of the standard library be executed when one of its members is asked for, not at its import."""
-    if name in sys.modules:
-        return
-    spec = importlib.util.find_spec(name)
-    if spec is None or spec.loader is None:
-        return
-    spec.loader = importlib.util.LazyLoader(spec.loader)
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    parent, _, member = name.rpartition(".")
-    setattr(sys.modules[parent], member, module)
 
 
 def frame_info(frame: types.FrameType, context: int = 1) -> inspect.Traceback:

@@ -37,7 +37,7 @@ import taichi as ti
 from taichi_tracer.system.compile_time import compile_time, inside_kernel, one_at_a_time
 from taichi_tracer.system.errors import InputError, OwnCodeError, no_argument, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.own_code.checks import PACKAGE, check_class, check_method, note_misspelt
+from taichi_tracer.system.own_code.checks import PACKAGE, check_class, check_method, note_misspelt, parameters
 
 # ── which attributes they have ──
 
@@ -269,11 +269,6 @@ class Fitted:
         return self.written if owner is None else MethodType(self.call, owner)
 
 
-def parameters(function) -> list[str]:
-    """The names of the parameters of a function or method, without ``self``."""
-    return [name for name in inspect.signature(function).parameters if name != "self"]
-
-
 def takes(function, name: str) -> bool:
     """Whether a function has a parameter of this name."""
     return name in inspect.signature(function).parameters
@@ -281,7 +276,7 @@ def takes(function, name: str) -> bool:
 
 def takes_whole_numbers(function) -> bool:
     """Whether the first argument of a function, after ``self``, is annotated as a whole number."""
-    annotations = [p.annotation for p in inspect.signature(function).parameters.values() if p.name != "self"]
+    annotations = [p.annotation for p in parameters(function)]
     return bool(annotations) and annotations[0] in (int, ti.i8, ti.i16, ti.i32, ti.i64, ti.u8, ti.u16, ti.u32, ti.u64)
 
 

@@ -21,7 +21,6 @@ import stat
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +37,6 @@ from taichi_tracer.system.importing import import_quickly
 
 VARIABLE = "TI_OFFLINE_CACHE_FILE_PATH"  # the environment variable in which Taichi looks for the folder
 LOCK = "ticache.lock"  # in the folder
-TURNS = "taichi_tracer.lock"  # in the folder: held by the process of the package that writes its kernels
 OLD = 60.0  # seconds: writing kernels takes less than one
 TRIED_BYTES = 4096  # the size of the file that is written to test whether the disk has space
 
@@ -73,21 +71,6 @@ def remove_old_lock(folder: Path) -> None:
             lock.unlink()
 
 
-@contextlib.contextmanager
-def only_writer(folder: Path) -> Iterator[None]:
-    """Wait until no other process of the package writes kernels into a folder, and let them wait meanwhile.
-
-    While another process writes, Taichi does not wait: it saves nothing. The lock ends with the process that holds it.
-    On Windows, nobody waits.
-    """
-    with contextlib.ExitStack() as held:
-        with contextlib.suppress(ImportError, OSError):  # Windows; a folder that is gone, or that has no locks
-            import fcntl
-
-            fcntl.flock(held.enter_context((folder / TURNS).open("w")), fcntl.LOCK_EX)
-        yield
-
-
 def why_not_writable(folder: Path) -> str | None:
     """The reason why no file can be written in a folder; None if it is writable. A missing folder is made."""
     try:
@@ -109,9 +92,7 @@ F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extens
 # What kernels of the package need here and there, and only some backends can: what it is → where.
 ABILITIES = {
     "f64": F64_ARCHS,
-    "dynamic lanes": ("cpu", "cuda"),  # a component of a vector in a field, by an index that the kernel computes
     "parallel building": ("cpu", "cuda"),  # vectors as elements of arrays that a kernel changes: trees are built so
-    "lanes": ("cpu",),  # vectors of sixteen numbers, which LLVM computes at once
     "separate roundings": ("cpu",),  # a b + c is rounded twice; elsewhere once at times, also without ``fast_math``
 }
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
@@ -184,16 +165,11 @@ def init(
 
     chosen, message = _choose(arch)
     note = _start(Settings(chosen, precision, bool(fast_math)), debug, threads)
-    _tell(message, note)
-    return running_settings()
-
-
-def _tell(*lines: str | None) -> None:
-    """Write lines to stderr; in a notebook, which shows stderr in red like an error, to stdout."""
+    # A notebook shows stderr in red, like an error.
     stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
-    for line in lines:
-        if line is not None:
-            print(f"taichi_tracer: {line}", file=stream)
+    for line in filter(None, (message, note)):
+        print(f"taichi_tracer: {line}", file=stream)
+    return running_settings()
 
 
 def _check_settings(arch: str, precision: str, threads: int | None) -> None:
@@ -245,26 +221,22 @@ def workers(threads: int | None) -> int:
 
 @one_at_a_time
 def ensure() -> Settings:
-    """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
+    """The settings of the running Taichi. If it does not run yet, it is started with the defaults.
+
+    A Taichi that other code has started gets what the package's kernels need, see ``COMPILATION``. Kernels that were
+    compiled before stay as they are. The program's own kernels that follow get the settings, too.
+    """
     check_not_forked()
     patches()  # here too, because other code may have started Taichi
     running = current()
     if running is None:
         return init()
-    _adopt()
-    return running
-
-
-def _adopt() -> None:
-    """Give a Taichi that other code has started what the package's kernels need, see ``COMPILATION``.
-
-    Kernels that were compiled before stay as they are. The program's own kernels that follow get the settings, too.
-    """
     if not (is_starter() or impl.get_runtime().materialized):
         raise InputError("another thread has started Taichi: make the first scene there; then all threads may use it")
     config = impl.get_runtime().prog.config()
     for name, value in COMPILATION.items():
         setattr(config, name, value)
+    return running
 
 
 def checks_overflow() -> bool:
@@ -307,8 +279,7 @@ def _finish() -> None:
     """
     program = impl.get_runtime().prog
     if program is not None and not is_forked():
-        with only_writer(Path(ti.cfg.offline_cache_file_path)):
-            program.finalize()
+        program.finalize()
 
 
 atexit.register(_finish)
@@ -364,7 +335,7 @@ def _choose(arch: str) -> tuple[str, str | None]:
         return ("cuda" if has_device("cuda") else "cpu"), None
     if arch == "cpu" or has_device(arch):
         return arch, None
-    if arch == "vulkan" and any(d.is_software for d in vulkan_devices()):
+    if arch == "vulkan" and any(vulkan_devices()):
         return arch, "running on Vulkan in software, which is slower than arch 'cpu'"
     return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
 
@@ -377,20 +348,12 @@ def has_device(arch: str) -> bool:
         # Its loader and the drivers take as long to load as a tenth of the time until the first picture.
         if sys.platform.startswith("linux") and not any(Path(node).exists() for node in LINUX_GPUS):
             return False
-        return any(not d.is_software for d in vulkan_devices()) and core.with_vulkan()  # the second takes longer
+        return not all(vulkan_devices()) and core.with_vulkan()  # the second takes longer
     return {"cuda": core.with_cuda, "metal": core.with_metal}[arch]()
 
 
-@dataclass(frozen=True)
-class VulkanDevice:
-    """A device of the Vulkan loader; ``is_software`` if it is a program that runs on the CPU."""
-
-    name: str
-    is_software: bool
-
-
-def vulkan_devices() -> list[VulkanDevice]:
-    """The devices of the Vulkan loader, without Taichi, which would end the process if there is no device."""
+def vulkan_devices() -> list[bool]:
+    """Whether each device of the Vulkan loader is a program on the CPU. Without a device, Taichi ends the process."""
     # On Linux, ``find_library`` would start other programs to find it.
     on_linux = sys.platform.startswith("linux")
     name = "libvulkan.so.1" if on_linux else ctypes.util.find_library("vulkan") or "vulkan-1"
@@ -404,11 +367,10 @@ def vulkan_devices() -> list[VulkanDevice]:
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), None)
     handles = (ctypes.c_void_p * count.value)()
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), handles)
-    devices = []
+    are_software = []
     for handle in handles:
         properties = (ctypes.c_uint32 * PROPERTIES_SIZE)()  # five numbers, of which the last is the type; char[256]
         vk.vkGetPhysicalDeviceProperties(ctypes.c_void_p(handle), properties)
-        text = bytes(properties)[20:276].split(b"\0")[0].decode(errors="replace")
-        devices.append(VulkanDevice(text, properties[4] == TYPE_CPU))
+        are_software.append(properties[4] == TYPE_CPU)
     vk.vkDestroyInstance(instance, None)
-    return devices
+    return are_software

@@ -40,7 +40,7 @@ class Stopwatch:
     def __init__(self, started: float, first: str) -> None:
         self.started = self._since = started
         self.seconds = dict.fromkeys(STAGES, 0.0)
-        self._within = [OTHER]
+        self.within = OTHER  # the stage that began last
         self.charge(first)
 
     def charge(self, name: str) -> None:
@@ -48,15 +48,6 @@ class Stopwatch:
         now = perf_counter()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
-
-    def enter(self, name: str) -> None:
-        """A stage begins."""
-        self.charge(self._within[-1])
-        self._within.append(name)
-
-    def leave(self) -> None:
-        """The stage that began last ends."""
-        self.charge(self._within.pop())
 
     @property
     def total(self) -> float:
@@ -78,9 +69,7 @@ def stop() -> None:
     """Let it run no longer, if one runs; its last stage is charged."""
     global _running
     if _running is not None:
-        while len(_running._within) > 1:
-            _running.leave()
-        _running.charge(OTHER)
+        _running.charge(_running.within)
         _running = None
 
 
@@ -92,12 +81,15 @@ def stage(name: str, waits: bool = False) -> Iterator[None]:
         waits: whether the stage ends only when the kernels that it has started are done.
     """
     watch = _running
-    if watch is not None:
-        watch.enter(name)
+    if watch is None:
+        yield
+        return
+    watch.charge(watch.within)
+    former, watch.within = watch.within, name
     try:
         yield
-        if watch is not None and waits:
+        if waits:
             ti.sync()
     finally:
-        if watch is not None:
-            watch.leave()
+        watch.charge(name)
+        watch.within = former
