@@ -37,9 +37,9 @@ class Attack:
 
 
 FORGE = """
-import json, os, struct
+import json, os
 def forged(message):
-    return json.dumps([message, []]).encode() + b"\\n"
+    return json.dumps([message, {}]).encode() + b"\\n"
 def to_all(data):
     for descriptor in range(3, 64):
         try:
@@ -260,16 +260,14 @@ ATTACKS = {
     "a frame of a billion bytes": Attack(
         FORGE,
         """
-            header = json.dumps([{"part": "Sums.add"}, ["x"]]).encode() + b"\\n"
-            array = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,)}"
-            header += b"\\x93NUMPY\\x01\\x00" + struct.pack("<H", len(array)) + array
+            header = json.dumps([{"part": "Sums.add"}, {"value": ["<f8", [10**12], "00"]}]).encode() + b"\\n"
             to_all(header)
             return a * 0
             """,
     ),
     "closed descriptors": Attack("import os", "os.closerange(0, 256)\nreturn a + b"),
     "an answer of objects": Attack(
-        "import numpy as np", "return np.array([print, open, {}], dtype=object)", becomes=LOST
+        "import numpy as np", "return np.array([print, open, {}], dtype=object)", becomes=WRONG
     ),
     "an answer that equals everything": Attack(
         """

@@ -11,15 +11,14 @@ import shutil
 import tempfile
 from pathlib import Path
 
-import taichi_tracer
 from taichi_tracer.files.disk import check_place, replace_file, scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
 from taichi_tracer.teaching.grading.grade import Mark, to_json
+from taichi_tracer.teaching.grading.isolate import PACKAGE
 from taichi_tracer.teaching.html_boxes import lines_of
 
 SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
-PACKAGE = Path(taichi_tracer.__file__).resolve().parent
 
 SETUP = """#!/usr/bin/env bash
 # Gradescope runs this once, as root, when the image of the autograder is made.

@@ -1,7 +1,7 @@
 """Runs a hand-in in a process of its own, isolated and limited; what it computes is judged outside.
 
 ``run`` starts a process with a file of requests, and reads the file of its answers when it has ended, as late as the
-limits allow. Nothing that the process writes is trusted: answers are JSON and raw numbers, see ``messages``.
+limits allow. Nothing that the process writes is trusted: answers are JSON with raw numbers, see ``messages``.
 docs/teaching_security.md says what each level stops:
 
     limits      limits of time, memory, files and processes; if the grader is root, as a user of its own
@@ -10,7 +10,6 @@ docs/teaching_security.md says what each level stops:
 """
 
 import contextlib
-import io
 import json
 import os
 import secrets
@@ -22,7 +21,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from itertools import takewhile
 from pathlib import Path
@@ -45,10 +44,18 @@ USER = 60_000_000  # the first of the user numbers that hand-ins get if the grad
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the hand-in
 OF_OTHERS = 10_000  # processes of the same user; where they count, too, looks at the processes end a fork bomb
 POLL = 0.2  # seconds between two looks at the memory
-SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store")  # what Python and Taichi read
-SYSTEM += ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu")
+SYSTEM = (  # what Python and Taichi read
+    *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store"),
+    *("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/sys/devices/system/cpu"),
+)
 # The folders of installed libraries; those in the teacher's home are not found without being named.
 LIBRARIES = [path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")]
+ENGINE = shutil.which("podman") or "docker"  # which runs containers
+OF_IMAGE = "--container needs podman or docker, and an image with Python and the libraries of this package"
+OF_BWRAP = (
+    "bwrap needs bubblewrap (on Linux: apt-get install bubblewrap) and a system that allows namespaces; "
+    "for submissions that you would run yourself: --trust (in Python: trust=True)"
+)
 KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "TZ")
 
 
@@ -60,7 +67,7 @@ class Limits:
         cpu: seconds of CPU for one request. wall: seconds of the clock for one request.
         address_space: bytes of one process; Taichi needs about 4 GiB.
         resident: bytes of memory of all its processes together. file: bytes of one file, and of its prints.
-        processes, files: how many; threads count as processes. output: bytes of its prints that are kept.
+        processes, files: how many; threads count as processes.
     """
 
     cpu: float = 20.0
@@ -70,30 +77,27 @@ class Limits:
     file: int = 64 << 20
     processes: int = 96
     files: int = 256
-    output: int = 16 << 10
 
 
-# ── messages: a line of JSON, [facts, names of arrays], and each array as raw numbers in the format .npy ──
+# ── messages: a line of JSON, [facts, name of an array → its type, its shape, and its bytes in hexadecimal digits] ──
 
 
 def pack(facts: dict, arrays: Arrays) -> bytes:
-    """A message; a ValueError if an array consists of objects."""
-    file = io.BytesIO()
-    file.write(json.dumps([facts, list(arrays)]).encode() + b"\n")
-    for array in arrays.values():
-        np.lib.format.write_array(file, np.asarray(array), version=(1, 0), allow_pickle=False)
-    return file.getvalue()
+    """A message."""
+    packed = {name: (array.dtype.str, array.shape, array.tobytes().hex()) for name, array in arrays.items()}
+    return json.dumps([facts, packed]).encode() + b"\n"
 
 
 def messages(content: bytes) -> Iterator[tuple[dict, Arrays]]:
-    """(facts, arrays) of each message in a file, up to the first that is none."""
-    file = io.BytesIO(content)
+    """(facts, arrays of numbers) of each message in a file, up to the first that is none."""
     with contextlib.suppress(Exception):  # whatever a stranger wrote
-        while True:
-            facts, names = json.loads(file.readline())
-            arrays = {str(name): np.lib.format.read_array(file, allow_pickle=False) for name in names}
-            if any(array.dtype.kind not in "biuf" for array in arrays.values()):
-                break
+        for line in content.splitlines():
+            facts, packed = json.loads(line)
+            arrays = {
+                name: np.frombuffer(bytearray.fromhex(digits), kind).reshape(shape)
+                for name, (kind, shape, digits) in packed.items()
+                if np.dtype(kind).kind in "biuf"
+            }
             yield dict(facts), arrays
 
 
@@ -122,7 +126,6 @@ def run(
     user = USER + secrets.randbelow(10_000_000) if level == OTHER_USER else None
     with (
         tempfile.TemporaryDirectory(prefix="taichi_tracer_submission_", ignore_cleanup_errors=True) as given,
-        tempfile.TemporaryFile() as asked,
         tempfile.TemporaryFile() as answered,
         tempfile.TemporaryFile() as prints,
     ):
@@ -130,51 +133,47 @@ def run(
         for name, source in folders.items():
             hidden = ("mistakes.py", "__pycache__") if name.startswith("assignment/") else ()
             shutil.copytree(source, f"{given}/{name}", symlinks=True, ignore=shutil.ignore_patterns(*hidden))
+        Path(given, "requests").write_bytes(b"".join(pack(*request) for request in requests))
         if user is not None:
             subprocess.run(["chown", "-R", f"{user}:{user}", given], check=False)
         if level.startswith(CONTAINER):
             os.chmod(given, 0o755)  # its user is another one
-        asked.writelines(pack(*request) for request in requests)
-        asked.seek(0)
         process = subprocess.Popen(
             command(level, given, folder, limits),
-            stdin=asked,
+            stdin=subprocess.DEVNULL,
             stdout=answered,
             stderr=prints,
             cwd="/",
-            env=environment(folder, str(kernels or f"{folder}/cache")),
+            env=None if level.startswith(CONTAINER) else environment(folder, str(kernels or f"{folder}/cache")),
             start_new_session=True,
             user=user,
             group=user,
             extra_groups=None if user is None else [],
         )
         try:
-            most = SECONDS_TO_LOAD + limits.wall * len(requests)
-            reason, is_late = wait_for(process, limits, answered, most, stopped)
+            reason, is_late = wait_for(process, limits, answered, len(requests), stopped)
         finally:
             kill(process.pid)
             if level.startswith(CONTAINER):
-                subprocess.run([engine(), "kill", os.path.basename(given)], capture_output=True, check=False)
+                subprocess.run([ENGINE, "kill", os.path.basename(given)], capture_output=True, check=False)
             process.wait()
         answered.seek(0)
         prints.seek(0)
         pairs = zip(requests, messages(answered.read()), strict=False)
         answers = [answer for _, answer in takewhile(lambda pair: pair[1][0].get("part") == pair[0][0]["part"], pairs)]
-        printed = prints.read(limits.output + 1)
-    cut = "\n… (cut)" if len(printed) > limits.output else ""
-    return answers, printed[: limits.output].decode(errors="replace") + cut, reason, is_late
+        return answers, prints.read().decode(errors="replace"), reason, is_late
 
 
 def wait_for(
-    process: subprocess.Popen, limits: Limits, answered: IO[bytes], most: float, stopped: threading.Event
+    process: subprocess.Popen, limits: Limits, answered: IO[bytes], count: int, stopped: threading.Event
 ) -> tuple[str, bool]:
     """Wait until a process has ended, uses more than its limits, or is to end: (why, whether it used up its time).
 
     Args:
-        answered: what it writes answers to: an answer begins its time on the clock anew. most: seconds in all.
+        answered: what it writes answers to: an answer begins its time on the clock anew. count: of requests.
     """
     began = since = time.monotonic()
-    size = 0
+    size, most = 0, SECONDS_TO_LOAD + limits.wall * count
     while process.poll() is None:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(POLL)
@@ -184,10 +183,8 @@ def wait_for(
             return "the grader was stopped", False
         if now > since + (limits.wall if size else SECONDS_TO_LOAD) or now > began + most:
             return f"no answer came within {limits.wall if size else SECONDS_TO_LOAD:g} seconds", True
-        if len(started) > limits.processes:
-            return f"it started {len(started)} processes, of which {limits.processes} are allowed", False
-        if sum(started.values()) > limits.resident:
-            return f"the processes used more than {limits.resident / 2**30:.3g} GiB of memory", False
+        if len(started) > limits.processes or sum(started.values()) > limits.resident:
+            return f"it used more than {limits.processes} processes, or {limits.resident / 2**30:.3g} GiB", False
     code = process.returncode
     how = next((one.name for one in signal.Signals if one in (-code, code - 128)), f"exit code {code}")
     if how == "SIGXCPU":
@@ -197,13 +194,10 @@ def wait_for(
 
 def kill(root: int) -> None:
     """End a process and everything that it started."""
-    for _ in range(50):  # they may start more meanwhile
-        found = below(root)
-        for process in found:
+    for _ in range(5):  # they may start more meanwhile
+        for process in below(root):
             with contextlib.suppress(OSError):
                 os.kill(process, signal.SIGKILL)
-        if not found:
-            break
     with contextlib.suppress(OSError):
         os.killpg(root, signal.SIGKILL)
 
@@ -211,11 +205,10 @@ def kill(root: int) -> None:
 def below(root: int) -> dict[int, int]:
     """Process → resident bytes, of what a process has started, and what these have started; on Linux."""
     parents, used, found = {}, {}, {root}
-    for name in filter(str.isdecimal, os.listdir("/proc") if os.path.isdir("/proc") else ()):
+    for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):  # it has ended
-            words = Path(f"/proc/{name}/stat").read_bytes().rpartition(b")")[2].split()
-            if words[0] != b"Z":
-                parents[int(name)], used[int(name)] = int(words[1]), int(words[21]) * os.sysconf("SC_PAGESIZE")
+            words, process = path.read_bytes().rpartition(b")")[2].split(), int(path.parent.name)
+            parents[process], used[process] = int(words[1]), int(words[21]) * os.sysconf("SC_PAGESIZE")
     while more := {process for process, parent in parents.items() if parent in found} - found:
         found |= more
     return {process: used[process] for process in found - {root}}
@@ -226,20 +219,18 @@ def below(root: int) -> dict[int, int]:
 
 def command(level: str, given: str, folder: str, limits: Limits) -> list[str]:
     """The words that start the isolated process; see ``run``."""
-    numbers = asdict(limits)
-    if level not in ("bwrap", OTHER_USER):
-        numbers["processes"] += OF_OTHERS
-    words = ["-m", "taichi_tracer.teaching.grading.worker", given, folder, json.dumps(numbers)]
+    others = 0 if level in ("bwrap", OTHER_USER) else OF_OTHERS
+    numbers = json.dumps(asdict(replace(limits, processes=limits.processes + others)))
+    words = ["-m", "taichi_tracer.teaching.grading.worker", given, folder, numbers]
     if level.startswith(CONTAINER):
         return [*container_words(level.removeprefix(CONTAINER), given, limits), "python3", *words]
-    words.insert(0, os.path.abspath(sys.executable))  # bwrap knows no ".."
-    return [*bwrap_words(given), *words] if level == "bwrap" else words
+    outside = bwrap_words(given) if level == "bwrap" else []
+    return [*outside, os.path.abspath(sys.executable), *words]  # bwrap knows no ".."
 
 
 def environment(folder: str, kernels: str) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
-    kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
-    return kept | {
+    return {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ} | {
         "HOME": folder,
         "TMPDIR": folder,
         "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), *LIBRARIES]),
@@ -256,8 +247,10 @@ def environment(folder: str, kernels: str) -> dict[str, str]:
 
 def bwrap_words(given: str) -> list[str]:
     """The words that let bubblewrap make its world: what Python and the package need, read only, and ``WORK``."""
-    python = {sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.dirname(os.path.realpath(sys.executable))}
-    own = {*python, *LIBRARIES, str(PACKAGE), str(scene_data_dir())}
+    own = {
+        *(sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.dirname(os.path.realpath(sys.executable))),
+        *(*LIBRARIES, str(PACKAGE), str(scene_data_dir())),
+    }
     words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"]
     for path in sorted({*SYSTEM, *own, *map(os.path.realpath, own), given}, key=len):  # what contains others is first
         words += ["--ro-bind-try", path, path]
@@ -265,27 +258,18 @@ def bwrap_words(given: str) -> list[str]:
     return [*words, "--size", str(DISK), "--perms", "0777", "--tmpfs", WORK, "--chdir", "/", "--remount-ro", "/"]
 
 
-def engine() -> str:
-    """The program that runs containers; an InputError if there is none."""
-    found = shutil.which("podman") or shutil.which("docker")
-    if found is None:
-        raise InputError("--container needs podman or docker, and neither is installed")
-    return found
-
-
 def container_words(image: str, given: str, limits: Limits) -> list[str]:
     """The words that run a program in a container, which has this package, and Python and libraries of its own."""
-    words = ["sh", "-c", f'ulimit -f {limits.file >> 9}; exec "$@"', "sh"]  # of what the container prints
-    words += [engine(), "run", "--rm", "--init", "--interactive", "--name", os.path.basename(given)]
-    words += ["--network", "none", "--read-only", "--user", "65534:65534", "--workdir", "/"]
-    words += ["--cap-drop", "ALL", "--security-opt", "no-new-privileges"]
-    words += ["--memory", str(limits.resident), "--pids-limit", str(limits.processes)]
-    words += ["--tmpfs", f"{WORK}:rw,exec,mode=1777,size={DISK}", "--volume", f"{given}:{given}:ro"]
-    words += ["--volume", f"{PACKAGE}:{PACKAGE}:ro", "--tmpfs", str(SHIPPED)]
-    own = {name: value for name, value in environment(WORK, f"{WORK}/cache").items() if name not in KEPT_VARIABLES}
-    for variable, value in (own | {"PYTHONPATH": str(PACKAGE.parent)}).items():
-        words += ["--env", f"{variable}={value}"]
-    return [*words, image]
+    own = environment(WORK, f"{WORK}/cache") | {"PYTHONPATH": str(PACKAGE.parent)}
+    words = ["sh", "-c", f'ulimit -f {limits.file >> 9}; exec "$@"', "sh", ENGINE]  # of what the container prints
+    words += (
+        f"run --rm --init --name {os.path.basename(given)} --network none --read-only --user 65534:65534 --workdir / "
+        f"--cap-drop ALL --security-opt no-new-privileges --memory {limits.resident} --pids-limit {limits.processes} "
+        f"--tmpfs {WORK}:rw,exec,mode=1777,size={DISK}"
+    ).split()
+    words += [f"--volume={path}:{path}:ro" for path in (given, PACKAGE)]
+    words += [f"--env={name}={value}" for name, value in own.items() if name not in KEPT_VARIABLES]
+    return [*words, f"--tmpfs={SHIPPED}", image]
 
 
 # ── which levels this machine has ──
@@ -299,11 +283,8 @@ def problem_of(level: str) -> str | None:
             level, Limits(), [({"part": "", "assignment": ""}, {})], {}, threading.Event()
         )
     except OSError as error:
-        if error.filename == "bwrap":
-            return "bubblewrap, which runs on Linux only, is not installed: apt-get install bubblewrap"
-        return f"{level} does not work here: {error.strerror}: {error.filename}"
-    output = " ".join((printed or reason).split())[-200:]
-    return None if answers else f"{level} does not work here, perhaps as a container refuses namespaces ({output})"
+        answers, printed, reason = [], "", f"{error.strerror}: {error.filename}"
+    return None if answers else f"{level} does not work here ({' '.join((printed or reason).split())[-200:]})"
 
 
 def best_level(trust: bool = False, image: str = "") -> str:
@@ -318,8 +299,6 @@ def best_level(trust: bool = False, image: str = "") -> str:
     if os.name != "posix":
         raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
     for level in [CONTAINER + image] if image else LEVELS[: 3 if trust else 1]:
-        problem = problem_of(level)
-        if problem is None:
+        if (problem := problem_of(level)) is None:
             return level
-    advice = "" if trust or image else "; for submissions that you would run yourself: --trust (in Python: trust=True)"
-    raise InputError(f"submissions cannot be isolated: {problem}{advice}")
+    raise InputError(f"submissions cannot be isolated: {problem}; {OF_IMAGE if image else OF_BWRAP}")

@@ -1,6 +1,6 @@
 """The process of a hand-in: it computes numbers, which the grader judges in another process.
 
-The grader starts it (``isolate.run``) with messages on stdin, and reads those that it writes to stdout:
+The grader starts it (``isolate.run``) with messages in the file "requests", and reads those that it writes to stdout:
 
     {"part": "", "assignment", "submission"}       → {"part": ""}: the files are loaded; without an assignment, Taichi
                                                      can be started here; without a submission, the solution is asked
@@ -36,10 +36,10 @@ def main(given: str, folder: str, limits: str) -> None:
     """Take the limits, go into the folder, and answer all requests.
 
     Args:
-        given: the folder with the files. folder: where they are copied, if it is another one.
+        given: the folder with the files and the requests. folder: where they are copied, if it is another one.
         limits: the fields of ``isolate.Limits`` as JSON.
     """
-    (load, _), *requests = messages(sys.stdin.buffer.read())
+    (load, _), *requests = messages(Path(given, "requests").read_bytes())
     answers, numbers = os.fdopen(os.dup(1), "wb"), json.loads(limits)
     os.dup2(2, 1)  # so that prints are no answers
     take_limits(numbers)
@@ -99,14 +99,11 @@ def take_limits(limits: dict) -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)  # so that no process that it starts leaves it
-    names = {"FSIZE": "file", "NOFILE": "files", "NPROC": "processes"}
-    names |= {"AS": "address_space"} if sys.platform == "linux" else {}  # macOS cannot limit it
-    for name, limit in names.items():
-        number = getattr(resource, f"RLIMIT_{name}")
-        _, hard = resource.getrlimit(number)
-        value = limits[limit] if hard == resource.RLIM_INFINITY else min(limits[limit], hard)
-        resource.setrlimit(number, (value, value))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    most = {"FSIZE": limits["file"], "NOFILE": limits["files"], "NPROC": limits["processes"], "CORE": 0}
+    most |= {"AS": limits["address_space"]} if sys.platform == "linux" else {}  # macOS cannot limit it
+    for name, value in most.items():
+        with contextlib.suppress(ValueError):  # a lower limit holds already
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value))
 
 
 def allow_cpu(seconds: float) -> None:
