@@ -21,7 +21,7 @@ import numpy as np
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.checks import unwrap
-from taichi_tracer.teaching import catalogue, html_boxes
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult
 from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.export import RECORD, written
@@ -167,7 +167,6 @@ def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:
 
 
 SECONDS_OF_A_PART = 10.0  # of the clock, with the search for mistakes: half of what ``check`` allows
-Watch = Callable[[list[str]], Any]
 
 
 def check_folder(
@@ -175,7 +174,6 @@ def check_folder(
     names: Sequence[str] = (),
     seed: int | None = None,
     name: str | None = None,
-    watch: Watch = lambda lines: None,
     send: Callable[[Any], Any] = lambda found: None,
 ) -> Report:
     """Check a student's folder.
@@ -185,7 +183,6 @@ def check_folder(
         names: only parts whose name, or class, is one of these; all parts if there is none.
         seed: decides the inputs; None takes the seed of the folder.
         name: of the assignment, where the folder does not say it.
-        watch: a function that is called with the lines of each result, as soon as they are known.
         send: a function that is called with (title, names of the parts), and with each part's result twice: when it
             begins, and when it is judged.
 
@@ -208,7 +205,7 @@ def check_folder(
         code = getattr(method, "__code__", None)
         place = {} if code is None else {"line": code.co_firstlineno, "file": Path(code.co_filename).name}
         send(PartResult(BEGUN, name=part.name, topic=part.topic, points=part.points, **place))
-        report.results.append(check_part(assignment, student, part, own_seed if seed is None else seed, watch))
+        report.results.append(check_part(assignment, student, part, own_seed if seed is None else seed))
         send(report.results[-1])
     return report
 
@@ -257,7 +254,7 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, part
     if tested <= set(student.classes):
         found += [part for part in chosen(assignment, parts) if part.replaces == ""]
     with warnings.catch_warnings(record=True) as caught:  # what stands on stderr costs all points of a cell of nbgrader
-        results = [check_part(assignment, student, part, seed, lambda lines: None) for part in found]
+        results = [check_part(assignment, student, part, seed) for part in found]
     return Report(assignment.title, results, list(dict.fromkeys(str(one.message) for one in caught)))
 
 
@@ -274,29 +271,20 @@ def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
     raise one_of("class", cls.__name__, assignment.classes)
 
 
-def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> PartResult:
+def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -> PartResult:
     """Run one part in this process, and judge it; then look for what is wrong."""
     start = time.monotonic()
     inputs = assignment.inputs(part, seed)
     found = answer(assignment, part, student, inputs)
-    facts = {"name": part.name, "topic": part.topic, "points": part.points}
-    facts["seconds"] = time.monotonic() - start
+    facts = {"name": part.name, "topic": part.topic, "points": part.points, "seconds": time.monotonic() - start}
     if found.status != OK:
         where = f" (line {found.line} is still that of the handout)" if found.line else ""
-        result = replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""), **facts)
-        if result.message in student.reported and found.line:
-            result = replace(result, message="")  # what is wrong with a file is said once
-        student.reported.add(result.message)
-        watch(html_boxes.lines_of(result))
-        return result
+        return replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""), **facts)
     right = expected(assignment, part, inputs)
     if has_own_distribution(part, student):
         part = replace(part, judge=replace(part.judge, only_means=True))
     result = replace(part.judge(inputs, found.arrays, right), **facts)
-    watch(html_boxes.lines_of(result))
     if result.status == RIGHT or not part.replaces:
         return result
     left = SECONDS_OF_A_PART - (time.monotonic() - start)
-    result = replace(result, findings=tuple(find(assignment, part, seed, found.arrays, right, left)))
-    watch(html_boxes.lines_of_findings(result))
-    return result
+    return replace(result, findings=tuple(find(assignment, part, seed, found.arrays, right, left)))

@@ -57,14 +57,9 @@ def lines_of(result: PartResult) -> list[str]:
     said = [f"      {result.message}"] * bool(result.message)
     for whose, values in result.first_wrong.items() if said else ():
         said.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
-    said += lines_of_findings(result)
+    said += [f"      {finding['text']}" for finding in result.findings]
+    said += [f"      hint: {finding['hint']}" for finding in result.findings[:1] if finding["hint"]]
     return [f"{head:<{WIDTH - 8}}{result.seconds:>6.1f} s", *(said if result.status != RIGHT else ())]
-
-
-def lines_of_findings(result: PartResult) -> list[str]:
-    """What a terminal shows of what is probably wrong, with one hint."""
-    hints = [f"hint: {finding['hint']}" for finding in result.findings[:1] if finding["hint"]]
-    return [f"      {text}" for text in (*(finding["text"] for finding in result.findings), *hints)]
 
 
 def box(result: PartResult) -> str:
@@ -122,8 +117,14 @@ class Report:
         right, of = sum(r.status == RIGHT for r in self.results), sum(r.points for r in self.results)
         return f"{right} of {len(self.results)} parts are right: {self.points:g} of {of:g} points"
 
+    def shown(self) -> list[PartResult]:
+        """The results; what is wrong with a file is said once."""
+        first = {one.message: one.name for one in reversed(self.results) if one.status == CRASHED}
+        again = [one.message in first and one.name != first[one.message] for one in self.results]
+        return [replace(one, message="") if said else one for one, said in zip(self.results, again, strict=True)]
+
     def __str__(self) -> str:
-        lines = [line for result in self.results for line in lines_of(result)]
+        lines = [line for result in self.shown() for line in lines_of(result)]
         notes = [f"note: {text}" for text in self.notes]
         return "\n".join([self.title, *lines, *notes, self.summary()])
 
@@ -132,10 +133,7 @@ class Report:
     def body(self) -> list[str]:
         """The page without its frame."""
         notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
-        first = {result.message: result.name for result in reversed(self.results) if result.status == CRASHED}
-        again = [result.name != first.get(result.message, result.name) for result in self.results]  # said once
-        shown = [replace(one, message="") if said else one for one, said in zip(self.results, again, strict=True)]
-        return [page.paragraph(self.summary()), *notes, *map(box, shown)]
+        return [page.paragraph(self.summary()), *notes, *map(box, self.shown())]
 
     def page(self) -> str:
         """A whole document of HTML."""

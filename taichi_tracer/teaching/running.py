@@ -49,7 +49,6 @@ class Loaded:
         is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
         failed: class that only optional parts need → why its file could not be run.
         package: the name of the package whose modules the files are.
-        reported: messages of parts that gave no answer, which a check has shown.
     """
 
     classes: dict[str, type]
@@ -59,7 +58,6 @@ class Loaded:
     is_of_course: bool = False
     failed: dict[str, PartResult] = field(default_factory=dict)
     package: str = ""
-    reported: set[str] = field(default_factory=set)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""

@@ -1,7 +1,6 @@
 """Checking: what a student reads of each part, which known mistake is named, and how other errors are described."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import PartResult
 from taichi_tracer.teaching.checking import answers_of, changed_source, check_folder, describe, find
 from taichi_tracer.teaching.handout.export import write_folder
-from taichi_tracer.teaching.html_boxes import Report, lines_of, lines_of_findings
+from taichi_tracer.teaching.html_boxes import Report, lines_of
 from taichi_tracer.teaching.running import expected
 
 
@@ -124,14 +123,8 @@ def change(folder, file, old, new):
 
 def test_a_wrong_number_stands_beside_the_right_one(solved):
     change(solved, "camera.py", "2 * (pixel_y + 0.5) / self.height - 1", "1 - 2 * (pixel_y + 0.5) / self.height")
-    told = []
-    report = check_folder(solved, ["generate_ndc_coords", "generate_ray"], watch=told.append)
+    report = check_folder(solved, ["generate_ndc_coords", "generate_ray"])
     wrong, ray = report.results
-    assert told == [
-        lines_of(replace(wrong, findings=())),
-        lines_of_findings(wrong),
-        lines_of(ray),
-    ]  # the verdict comes first
     assert (wrong.status, ray.status) == ("wrong", "right")  # the ray is tested with the right NDC
     first = wrong.first_wrong
     assert first["yours"]["ndc"][1] == pytest.approx(-first["right"]["ndc"][1], rel=1e-5)

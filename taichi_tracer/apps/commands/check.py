@@ -1,15 +1,16 @@
 """Check your own solution of an assignment.
 
 A check runs in a process of its own: a part that gives no answer, or that ends its process, loses nothing but itself.
-The process prints what it finds, and sends each part to its parent, when it begins and when it is judged. The parent
-ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one for the parts that are left. A
-kernel that never ends cannot be stopped in another way: while it runs, Python sees no signal.
+The process sends each part to its parent, when it begins and when it is judged. The parent prints what was found. It
+ends the process if a part takes too long, or if the user presses Ctrl-C, and starts another one for the parts that are
+left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no signal.
 """
 
 import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import time
 from argparse import Namespace
 from collections.abc import Sequence
@@ -59,7 +60,7 @@ def run(args: Namespace) -> int:
                     check_place(target)
                     print(title, flush=True)
                     report = Report(title)
-                report.results += check.results()
+                check.add_results(report)
             finally:
                 check.end()
             names = [name for name in names if name not in {result.name for result in report.results}]
@@ -74,16 +75,12 @@ def work(sending: Connection, *asked: Any) -> None:
 
     if hasattr(os, "setsid"):
         os.setsid()  # so that Ctrl-C reaches the parent alone, and what a part starts ends with this process
+    sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # prints of the part stand before its line
     try:
-        check_folder(*asked, show, sending.send)
+        check_folder(*asked, sending.send)
         sending.send(None)
     except (InputError, OSError) as error:
         sending.send(InputError(str(error)))
-
-
-def show(lines: Sequence[str]) -> None:
-    """Print what was found of a part."""
-    print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
 
 
 class Check:
@@ -105,13 +102,13 @@ class Check:
         self.process.start()
         sending.close()
 
-    def results(self) -> list[PartResult]:
-        """The results of the parts that the process begins; the last of them may give no answer."""
-        found: list[PartResult] = []
+    def add_results(self, report: Report) -> None:
+        """Print and add the results of the parts that the process begins; the last of them may give no answer."""
         for result in iter(self.receive, None):
             self.begun = result if result.status == BEGUN else None
-            found += [] if self.begun else [result]
-        return found
+            if self.begun is None:
+                report.results.append(result)
+                print(*lines_of(report.shown()[-1]), sep="\n", flush=True)
 
     def receive(self) -> Any:
         """What the process sends next; if it does not answer, the result of the part that it has begun."""
@@ -140,7 +137,7 @@ class Check:
         return found
 
     def lost(self, status: str, reason: str) -> PartResult:
-        """End the process; the result of its part, which is printed.
+        """End the process; the result of its part.
 
         Raises:
             InputError: it has begun no part, so its files give no answer when they are read.
@@ -149,9 +146,7 @@ class Check:
         if self.begun is None:
             raise InputError(f"check: the files cannot be read: {reason}")
         place = f"{self.begun.file}:{self.begun.line}: " if self.begun.line else ""
-        result = replace(self.begun, status=status, message=f"{place}{reason}")
-        show(lines_of(result))
-        return result
+        return replace(self.begun, status=status, message=f"{place}{reason}")
 
     def end(self) -> None:
         """End the process, and everything that it started."""
