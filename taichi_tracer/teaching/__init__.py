@@ -4,14 +4,11 @@ A file has one step, such as the export of a folder or a check; ``grading`` has 
 assignment as a folder of ``assignments``, see docs/teaching.md.
 
 ``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, ``not_written`` marks a method that has no solution
-yet, and ``marked`` lets a window show such methods.
+yet, and with ``marked`` a picture is dark as long as it needs such methods.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from taichi_tracer.teaching.handout.stubs import not_written as not_written
+from typing import Any
 
 
 def __getattr__(name: str):
@@ -41,7 +38,7 @@ def check(assignment: str, *classes: type, seed: int = 0, parts: Sequence[str] =
 
 
 def marked(renderer: Any) -> Any:
-    """Let a renderer show a checkerboard while a method that its picture needs is not written. Returns the renderer."""
+    """Let a renderer show a dark picture, and name what is missing, while it needs a method that is not written."""
     from taichi_tracer.teaching.checkerboard import marked as mark
 
     return mark(renderer)

@@ -142,7 +142,7 @@ class Assignment:
     Attributes:
         name: "a1", or the name of the folder.
         title: a line for the reports.
-        folder: where its README.md, ``parts.py``, ``mistakes.py`` and the folder ``solution`` are.
+        folder: where its README.md, ``parts.py``, ``mistakes.py`` and the folder ``solution``, which has tags, are.
         files: the files that a student hands in, such as "camera.py".
         classes: name of a class that the student writes → the file that it is in.
         program: the file of the solution that opens a window, such as "A1.py"; "" if there is none.
@@ -158,11 +158,6 @@ class Assignment:
     mistakes: tuple[Mistake, ...] = ()
     program: str = ""
     is_sealed: bool = False
-
-    @property
-    def solution_folder(self) -> Path:
-        """The folder of the tagged solution."""
-        return self.folder / "solution"
 
     @property
     def points(self) -> float:
@@ -189,7 +184,11 @@ class Assignment:
 
 
 class JudgeOfRows:
-    """A judge whose inputs are judged row by row; ``called`` is what one input is called in messages."""
+    """A judge whose inputs are judged row by row.
+
+    Its subclasses have ``called``, what one input is called in messages, and ``members``: (answers, expected) → name of
+    an answer → (n,) bool, for which inputs it is right.
+    """
 
     called: str
 
@@ -206,10 +205,6 @@ class JudgeOfRows:
     def means_of(self, answers: Arrays) -> Arrays:
         """What a report shows of answers."""
         return answers
-
-    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
-        """Name of an answer → (n,) bool: for which inputs it is right."""
-        raise NotImplementedError
 
     def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
         """(n,) bool: the inputs all of whose answers are right."""
@@ -252,18 +247,14 @@ class Numbers(JudgeOfRows):
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs it is right."""
-        count = len(next(iter(expected.values())))
-        counts = np.ones(count, bool)
-        if self.only_where:
-            counts = np.asarray(expected[self.only_where]).reshape(count) != 0
-        found = {}
+        found, count = {}, len(next(iter(expected.values())))
+        counts = np.asarray(expected[self.only_where]).reshape(count) != 0 if self.only_where else np.ones(count, bool)
         for name, right in expected.items():
-            yours = answers.get(name)
-            if yours is None or np.shape(yours) != np.shape(right):
+            if np.shape(answers.get(name)) != np.shape(right):
                 found[name] = np.zeros(count, bool)
-                continue
-            same = self._same(np.asarray(yours), np.asarray(right)).reshape(count, -1).all(axis=1)
-            found[name] = same if name == self.only_where else same | ~counts
+            else:
+                same = self._same(np.asarray(answers[name]), np.asarray(right)).reshape(count, -1).all(axis=1)
+                found[name] = same if name == self.only_where else same | ~counts
         return found
 
     def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -353,8 +344,7 @@ class Samples(JudgeOfRows):
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs its tests pass."""
-        scores = self.scores(answers, expected)
-        return {name: (abs(z) <= LARGEST_Z).all(axis=1) for name, z in scores.items()}
+        return {name: (abs(z) <= LARGEST_Z).all(axis=1) for name, z in self.scores(answers, expected).items()}
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
@@ -468,10 +458,8 @@ VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another 
 
 def cache_folder() -> Path:
     """Where answers are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
-    home = os.environ.get(VARIABLE)
-    if home is None:
-        home = str(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer")
-    return Path(home) / "teaching"
+    own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer"
+    return Path(os.environ.get(VARIABLE) or own) / "teaching"
 
 
 def keep_arrays(path: Path, arrays: Arrays) -> None:

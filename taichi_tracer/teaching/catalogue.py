@@ -72,12 +72,11 @@ def facts_of_solution(folder: Path) -> dict[str, Any]:
     if not isinstance(of_parts, dict):
         raise InputError(f"{known}: MISTAKES must be a dict: part → name → (hint, change, …): see docs/teaching.md")
     entries = [(part, name, entry) for part, by_name in of_parts.items() for name, entry in by_name.items()]
-    mistakes = [Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in entries]
     return {
         "name": folder.name,
         "classes": {name: path.name for path in solution for name in classes_in(path)},
         "program": next((path.name for path in solution if not classes_in(path)), ""),
-        "mistakes": tuple(mistakes),
+        "mistakes": tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in entries),
     }
 
 
@@ -95,7 +94,10 @@ def constant(file: Path, name: str) -> Any:
 
 def classes_in(file: Path) -> list[str]:
     """The names of the classes that a file defines."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except SyntaxError as error:
+        raise InputError(f"{file}:{error.lineno}: {error.msg}") from None
     return [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
 
 

@@ -159,7 +159,7 @@ def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) 
 
 def changed_source(assignment: Assignment, part: Part, mistake: Mistake) -> str:
     """The file of the solution with a mistake in the method of a part."""
-    path = assignment.solution_folder / assignment.classes[part.replaces]
+    path = assignment.folder / "solution" / assignment.classes[part.replaces]
     return written(path.read_text(encoding="utf-8"), str(path), "solved", mistake)
 
 

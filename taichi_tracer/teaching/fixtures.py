@@ -295,8 +295,7 @@ def run_eye_rays(make: Callable[[type, Arrays], Any]) -> Callable[[type, Arrays]
 
 def camera_of(cls: type, inputs: Arrays) -> Any:
     """The camera of the class under test whose size, and perhaps view, are among the inputs."""
-    view = view_of(inputs) if "eye" in inputs else {}
-    return cls(int(inputs["width"]), int(inputs["height"]), **view)
+    return cls(int(inputs["width"]), int(inputs["height"]), **view_of(inputs))
 
 
 def front_view(rng: np.random.Generator) -> Arrays:
@@ -305,12 +304,12 @@ def front_view(rng: np.random.Generator) -> Arrays:
     return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(60.0)}
 
 
-VIEW = ("eye", "at", "up", "fov")
+VIEW = ("eye", "at", "up", "fov", "screen_window")
 
 
-def view_of(inputs: Arrays, *names: str) -> dict[str, Any]:
-    """The view of a camera for its constructor: the inputs with these names, or else with those of ``VIEW``."""
-    return {name: inputs[name].tolist() for name in names or VIEW}
+def view_of(inputs: Arrays) -> dict[str, Any]:
+    """The view of a camera for its constructor: the inputs with the names in ``VIEW``."""
+    return {name: inputs[name].tolist() for name in VIEW if name in inputs}
 
 
 # ── scenes ──
@@ -356,8 +355,7 @@ def run_integrators(names: Sequence[str], count: int) -> Callable[[type, Arrays]
     def run(renderer_class: type, inputs: Arrays) -> Arrays:
         lit, found = scene(inputs), {}
         for name in names:
-            renderer = renderer_class(lit, 8, 8).use(name)
-            found[f"radiance ({name})"] = light_along(renderer, inputs, count)
+            found[f"radiance ({name})"] = light_along(renderer_class(lit, 8, 8).use(name), inputs, count)
         return found
 
     return run
@@ -374,12 +372,13 @@ def any_seed(rng: np.random.Generator) -> Arrays:
 
 
 def noisy_picture(renderer: Any, first_seed: int) -> Arrays:
-    """The mean of several pictures with different seeds, and its standard error."""
+    """The mean of several pictures with different seeds, and its standard error; the scene is not used afterwards."""
     pictures = []
     for batch in range(BATCHES):
         renderer.seed = first_seed + batch
         renderer.begin_anew()
         pictures.append(np.asarray(renderer.render(SPP).image()))
+    renderer.scene_data.destroy()
     return {"picture": np.mean(pictures, axis=0), "error": np.std(pictures, axis=0, ddof=1) / BATCHES**0.5}
 
 
@@ -388,9 +387,7 @@ def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, in
     scene = tt.load_scene_data("cornell_box", lamp_choice=lamp_choice)
     renderer = renderer_class(scene, SIZE, SIZE).use(integrator)
     scene.lamps.prepare()
-    found = noisy_picture(renderer, int(inputs["seed"]))
-    scene.destroy()
-    return found
+    return noisy_picture(renderer, int(inputs["seed"]))
 
 
 # ── rooms with lamps ──

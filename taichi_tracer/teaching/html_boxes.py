@@ -65,8 +65,7 @@ def lines_of(result: PartResult) -> list[str]:
 def box(result: PartResult) -> str:
     """One part: its points, the first wrong numbers, what is probably wrong, and its pictures."""
     head = f"{coloured(result.status, html.escape(result.status))} <code>{html.escape(result.name)}</code>"
-    topic = f", {result.topic}" * bool(result.topic)
-    facts = f"{result.earned:g} of {result.points:g} points{topic}"
+    facts = f"{result.earned:g} of {result.points:g} points" + f", {result.topic}" * bool(result.topic)
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if result.status == RIGHT:
         return "".join(lines) + "</div>"

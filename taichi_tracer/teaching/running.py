@@ -59,20 +59,18 @@ class Loaded:
     failed: dict[str, PartResult] = field(default_factory=dict)
     package: str = ""
 
-    def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
-        """All classes, for a picture; those that are missing come from ``reference``."""
-        return types.SimpleNamespace(**{**reference.classes, **(self.together or self.classes)})
-
     def stubs(self) -> list[str]:
         """The methods that are not written yet, such as "Camera.generate_ray"."""
-        of_all = [(name, method, value) for name, cls in self.classes.items() for method, value in vars(cls).items()]
-        return [f"{name}.{method}" for name, method, value in of_all if is_stub(value)]
+        return [f"{c}.{name}" for c, cls in self.classes.items() for name, value in vars(cls).items() if is_stub(value)]
 
     def beside(self, part: Part) -> dict[str, object]:
         """The methods of a solution that stand beside that of a part."""
-        members = vars(self.classes.get(part.replaces, object)).items()
-        methods = {name: value for name, value in members if hasattr(unwrap(value), "__code__") and name[:2] != "__"}
-        return {name: value for name, value in methods.items() if name != part.method and not is_stub(value)}
+        return {
+            name: value
+            for name, value in vars(self.classes.get(part.replaces, object)).items()
+            if hasattr(unwrap(value), "__code__") and not is_stub(value)
+            if name != part.method and not name.startswith("__")
+        }
 
 
 def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
@@ -103,19 +101,14 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their adapters."""
     adapters = import_quickly("taichi_tracer.course.adapters")
     found, asked = course_files.load(folder), course_files.ASKED.get(assignment.name, {})
-    graduate = course_files.GRADUATE.get(assignment.name, {})
-    loaded = Loaded({}, {}, found.folder, is_of_course=True)
-    for file in dict.fromkeys(asked.values()):
-        if file in found.errors:
-            loaded.errors[file] = crash(found.errors[file], found.folder)
-        elif not (found.folder / file).is_file():
-            loaded.errors[file] = missing_file(file)
+    graduate, files = course_files.GRADUATE.get(assignment.name, {}), dict.fromkeys(asked.values())
+    crashed = {file: crash(error, found.folder) for file, error in found.errors.items()}
+    missing = {file: missing_file(file) for file in files if not (found.folder / file).is_file()}
+    failed = {name: crashed[file] for name, file in graduate.items() if file in crashed and file not in files}
     classes = adapters.adapters_of(found.classes)
-    loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
-    for name, file in graduate.items():
-        if file in found.errors and file not in asked.values():
-            loaded.failed[name] = crash(found.errors[file], found.folder)
-    return loaded
+    own = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
+    errors = {file: reason for file, reason in crashed.items() if file in files} | missing
+    return Loaded(own, errors, found.folder, is_of_course=True, failed=failed)
 
 
 def load_classes(folder: str | Path, names: Sequence[str], others: Loaded | None = None) -> Loaded:
@@ -194,7 +187,7 @@ def solution_of(assignment: Assignment) -> Loaded:
     """The classes of the solution; none if the assignment has only its answers."""
     if assignment.is_sealed:
         return Loaded({})
-    loaded = load_classes(assignment.solution_folder, assignment.files)
+    loaded = load_classes(assignment.folder / "solution", assignment.files)
     for file, reason in loaded.errors.items():
         raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")
     return loaded
@@ -263,7 +256,7 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
             stubs = [name for name in student.stubs() if name not in optional]
             if stubs:
                 return PartResult(NOT_WRITTEN, message=f"it needs what is not written yet, such as {stubs[0]}")
-            subject: Any = student.namespace(solution)
+            subject: Any = types.SimpleNamespace(**(solution.classes | (student.together or student.classes)))
         else:
             cls = student.classes.get(part.replaces)
             if cls is None:

@@ -46,14 +46,14 @@ def test_nothing_of_the_solution_is_in_what_students_get(folders, name):
     given = {path.name: path.read_text(encoding="utf-8") for path in folders[name][0].glob("*.py")}
     cells = json.loads(next(folders[name][2].glob("*.ipynb")).read_text(encoding="utf-8"))["cells"]
     notebook = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
-    for path in assignment.solution_folder.glob("*.py"):
+    for path in (assignment.folder / "solution").glob("*.py"):
         source = path.read_text(encoding="utf-8")
         blocks = [block.splitlines()[1:-1] for block in BLOCK.findall(source)]
         lines = {line.strip() for block in blocks for line in block if len(line.strip()) > 12}
         solution = {s for block in blocks for s in statements("if True:\n" + "\n".join(block))}
         # A solution may repeat a line that is given, such as v = tm.vec3(0).
         around = "\n".join(
-            BLOCK.sub("", p.read_text(encoding="utf-8")) for p in assignment.solution_folder.glob("*.py")
+            BLOCK.sub("", p.read_text(encoding="utf-8")) for p in (assignment.folder / "solution").glob("*.py")
         )
         lines -= {line.strip() for line in around.splitlines()}
         solution -= statements(around)

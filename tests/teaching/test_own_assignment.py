@@ -57,6 +57,7 @@ def test_the_commands_tell_what_the_document_says(there, capfd):
         ("mistakes.py", "MISTAKES = ()", "MISTAKES must be a dict"),
         ("mistakes.py", "MISTAKES = {'X.y': {'n': ('h', ('a', 'b'))}}", "no part"),
         ("solution/shapes.py", "class Other:\n    pass\n", "tests the class Sphere, which is in no file"),
+        ("solution/shapes.py", "def f(:\n", "shapes.py:1: invalid syntax"),
     ],
 )
 def test_what_is_missing_is_told(place, tmp_path, file, text, message):

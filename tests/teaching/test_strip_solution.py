@@ -61,7 +61,6 @@ def test_a_file_must_know_the_package_that_a_stub_calls():
         ("x = 1\n### END SOLUTION\n", "a.py:2: END SOLUTION without a BEGIN"),
         ("### BEGIN SOLUTION\nx = 1\n### BEGIN SOLUTION\nx = 2\n### END SOLUTION\n", "a.py:1: BEGIN SOLUTION without"),
         ('# BEGIN SOLUTION\nx = 1\n# END SOLUTION\n""" # BEGIN PROMPT\nx = 2\n"""\n', "a.py:4: BEGIN PROMPT without"),
-        ("def f(:\n", "a.py:1: "),
     ],
 )
 def test_a_tag_without_its_partner_is_an_error_with_its_line(source, message):

@@ -117,6 +117,6 @@ def students_table(marks: Sequence[Mark], links: Mapping[str, str]) -> str:
     rows = []
     for mark in marks:
         cells = {part.name: html_boxes.coloured(part.status, f"{part.earned:g}") for part in mark.parts}
-        cells |= {"remarks": html.escape(mark.refused)}
-        rows.append({"student": links[mark.key], "score": f"<strong>{mark.score:g}</strong>", **cells})
+        head = {"student": links[mark.key], "score": f"<strong>{mark.score:g}</strong>"}
+        rows.append({**head, **cells, "remarks": html.escape(mark.refused)})
     return page.cards(rows, list(rows[0]))

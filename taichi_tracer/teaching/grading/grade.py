@@ -197,11 +197,10 @@ class Reference:
 
     def explained(self, marks: Sequence[Mark]) -> list[Mark]:
         """Marks with what is probably wrong in place of answers that are wrong."""
-        requests = []
-        for part in (part for mark in marks for part in mark.parts if part.arrays):
-            arrays = joined({"answers": part.arrays, "expected": self.expected[part.name]})
-            requests.append(({"part": part.name, "seed": self.seed}, arrays))
-        answers, _ = self.ask(requests)
+        wrong = [part for mark in marks for part in mark.parts if part.arrays]
+        arrays = [joined({"answers": part.arrays, "expected": self.expected[part.name]}) for part in wrong]
+        facts = [{"part": part.name, "seed": self.seed} for part in wrong]
+        answers, _ = self.ask(list(zip(facts, arrays, strict=True)))
         findings = iter(reply.get("findings", ()) for reply, _ in answers)
         explained = []
         for mark in marks:
@@ -293,15 +292,15 @@ def grade(reference: Reference, submitted: Submission, settings: GradingSettings
         for part, (reply, arrays) in zip(again, reference.ask(requests, **process)[0], strict=True):
             if reply.get("status") == OK:
                 marks[part.name] = regraded(reference, part, marks[part.name], arrays, methods)
-    parts = [marks[part.name] for part in assignment.parts]
-    return Mark(submitted.key, submitted.student, tuple(parts), "", tuple(notes), printed)
+    parts = tuple(marks[part.name] for part in assignment.parts)
+    return Mark(submitted.key, submitted.student, parts, "", tuple(notes), printed)
 
 
 def mark_of(reference: Reference, part: Part, reply: dict, answers: Arrays) -> PartResult:
     """The mark of one part."""
     status, seconds = reply.get("status"), reply.get("seconds")
-    blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points)
-    blank = replace(blank, seconds=seconds if isinstance(seconds, float) else 0.0)
+    seconds = seconds if isinstance(seconds, float) else 0.0
+    blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points, seconds=seconds)
     if status == NOT_ASKED:
         message = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
         return replace(blank, points=0.0, status=MISSING, message=message)
@@ -314,9 +313,9 @@ def mark_of(reference: Reference, part: Part, reply: dict, answers: Arrays) -> P
     verdict = judged(part, reference.inputs[part.name], answers, reference.expected[part.name])
     pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
     share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
-    facts = {"status": verdict.status, "message": clean(verdict.message), "pictures": pictures}
+    facts = {"message": clean(verdict.message), "first_wrong": to_json(verdict.first_wrong), "pictures": pictures}
     kept = answers if part.replaces and verdict.status != RIGHT else {}
-    return replace(blank, share=share, first_wrong=to_json(verdict.first_wrong), arrays=kept, **facts)
+    return replace(blank, status=verdict.status, share=share, arrays=kept, **facts)
 
 
 def regraded(

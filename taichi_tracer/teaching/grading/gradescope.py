@@ -103,9 +103,13 @@ def write_upload(assignment: Assignment, name: str, target: Path, seed: int) -> 
     is_shipped = name in catalogue.names()
     called = assignment.name if is_shipped else f"./assignment/{assignment.name}"
     folder = f"taichi_tracer/teaching/assignments/{assignment.name}" if is_shipped else called
-    words = {"assignment": shlex.quote(called), "solution": shlex.quote(f"{folder}/solution"), "seed": seed}
     required = importlib.metadata.requires("taichi_tracer") or []
-    words["packages"] = " ".join(shlex.quote(package) for package in required if "extra ==" not in package)
+    words = {
+        "assignment": shlex.quote(called),
+        "solution": shlex.quote(f"{folder}/solution"),
+        "seed": seed,
+        "packages": shlex.join(package for package in required if "extra ==" not in package),
+    }
     unwanted = shutil.ignore_patterns("__pycache__")
     with tempfile.TemporaryDirectory() as work:
         source = Path(work) / "source"

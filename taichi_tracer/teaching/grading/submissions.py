@@ -128,8 +128,7 @@ def entries_of(path: Path) -> list[Entry]:
     """The files in a folder or a zip file."""
     if path.is_dir():
         files = [file for file in sorted(path.rglob("*")) if file.is_symlink() or not file.is_dir()]
-        places = [PurePosixPath(file.relative_to(path).as_posix()) for file in files]
-        return [(place, f.lstat().st_size, partial(content_of, f)) for place, f in zip(places, files, strict=True)]
+        return [(PurePosixPath(f.relative_to(path)), f.lstat().st_size, partial(content_of, f)) for f in files]
     archive = zipfile.ZipFile(io.BytesIO(path.read_bytes()))
     packed = [one for one in archive.infolist() if not one.filename.endswith(("/", "\\"))]
     return [(PurePosixPath(p.filename.replace("\\", "/")), p.file_size, partial(archive.read, p)) for p in packed]

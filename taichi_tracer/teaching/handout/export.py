@@ -39,8 +39,7 @@ WORKING = """
 ## How to work on it
 
 Each method to write has its task in the text below its first line, and a line `tt.teaching.not_written(...)`. Write the
-method, then delete this line. Until then, the window shows a checkerboard with the names of the methods that are
-missing.
+method, then delete this line. Until then, the picture is dark, and the terminal names the methods that are missing.
 
 | command | what it does |
 |---|---|
@@ -100,10 +99,12 @@ def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed:
 
 
 def sources(assignment: Assignment, form: str) -> dict[str, str]:
-    """Name → text of every Python file: the "stub", "solved", or the tagged solution for "nbgrader" or "otter"."""
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted(assignment.solution_folder.glob("*.py"))}
-    is_changed = form != "nbgrader"  # whose tags these are
-    return {path.name: written(text, str(path), form) if is_changed else text for path, text in texts.items()}
+    """Name → text of every Python file: the "stub", "solved", or the tagged solution for "nbgrader" or "otter".
+
+    The tags of an assignment are those of nbgrader.
+    """
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted((assignment.folder / "solution").glob("*.py"))}
+    return {p.name: text if form == "nbgrader" else written(text, str(p), form) for p, text in texts.items()}
 
 
 def record(assignment: Assignment, seed: int) -> dict:
@@ -153,7 +154,7 @@ def written(source: str, name: str, form: str, mistake: Mistake | None = None) -
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    source, owners = source.rstrip("\n") + "\n", methods_by_line(source, name)
+    source, owners = source.rstrip("\n") + "\n", methods_by_line(source)
     rest = SOLUTION.sub(lambda found: "\n" * found[0].count("\n"), source)  # whose lines have the same numbers
     for number, line in enumerate(rest.splitlines(), start=1):
         if tag := TAG.match(line):
@@ -176,14 +177,10 @@ def written(source: str, name: str, form: str, mistake: Mistake | None = None) -
     return SOLUTION.sub(replaced, source)
 
 
-def methods_by_line(source: str, name: str) -> dict[int, str]:
+def methods_by_line(source: str) -> dict[int, str]:
     """Line → "Class.method", for all lines of all methods; a function of the file has its own name."""
-    try:
-        tree = ast.parse(source)
-    except SyntaxError as error:
-        raise InputError(f"{name}:{error.lineno}: {error.msg}") from None
     found: dict[int, str] = {}
-    for node in tree.body:
+    for node in ast.parse(source).body:
         members = node.body if isinstance(node, ast.ClassDef) else [node]
         for member in members:
             if isinstance(member, ast.FunctionDef):

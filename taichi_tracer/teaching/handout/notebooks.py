@@ -97,16 +97,19 @@ class Checks:
 
     def for_student(self, name: str, written: list[Cell], parts: Sequence[Part], classes: Sequence[str]) -> list[Cell]:
         """One cell that checks all parts of these classes."""
-        call = self.call(self.seed, classes, () if written else parts)
-        return written + [code(f"check-{name}", call)] * bool(classes)
+        return written + [code(f"check-{name}", self.call(self.seed, classes, () if written else parts))] * bool(
+            classes
+        )
 
     def for_nbgrader(self, name: str, written: list[Cell], parts: Sequence[Part], classes: Sequence[str]) -> list[Cell]:
         """A cell for each part, which earns its points."""
         cells = list(written)
         for part in parts:
             shown, hidden = self.calls(part, classes)
-            lines = [f"report = {shown}", "### BEGIN HIDDEN TESTS", f"report = {hidden}", "### END HIDDEN TESTS"]
-            source = "\n".join([*lines, "display(report)", "report.score()"])
+            source = (
+                f"report = {shown}\n### BEGIN HIDDEN TESTS\nreport = {hidden}\n### END HIDDEN TESTS\n"
+                "display(report)\nreport.score()"
+            )
             cells.append(code(identifier(part), source, grade=True, locked=True, points=part.points))
         return cells
 

@@ -81,9 +81,8 @@ def seal(assignment: Assignment, folder: Path, seed: int) -> None:
         "mistakes": [[m.part, m.name, m.hint] for m in assignment.mistakes],
     }
     folder.mkdir()
-    for path in assignment.folder.glob("*.py"):
+    for path in (assignment.folder / "README.md", *assignment.folder.glob("*.py")):
         if path.name != "mistakes.py":
             shutil.copyfile(path, folder / path.name)
-    shutil.copyfile(assignment.folder / "README.md", folder / "README.md")
     np.savez(folder / ANSWERS, **joined(found))  # type: ignore[arg-type]
     (folder / FACTS).write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -28,25 +28,26 @@ def ndc(camera: ti.template(), pixel):
     return camera.generate_ndc_coords(pixel.x, pixel.y)
 
 
+ANGLES, EACH = 8, 50
+
+
 def points_and_angles(rng: np.random.Generator) -> Arrays:
     """Points of the image plane, 50 for each of eight angles."""
-    fov = rng.permutation(np.linspace(20, 120, 8) + rng.uniform(-3, 3, 8))
+    fov = rng.permutation(np.linspace(20, 120, ANGLES) + rng.uniform(-3, 3, ANGLES))
     return {
-        "ndc": rng.uniform(-1, 1, (400, 2)).astype(np.float32),
-        "fov": np.repeat(fov, 50).astype(np.float32),
+        "ndc": rng.uniform(-1, 1, (ANGLES * EACH, 2)).astype(np.float32),
+        "fov": np.repeat(fov, EACH).astype(np.float32),
         **fixtures.picture_size(rng),
     }
 
 
 def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
     """The direction of each point, for the angle that belongs to it."""
-    coords = np.zeros((len(inputs["ndc"]), 4), np.float32)
-    for fov in np.unique(inputs["fov"]):
-        chosen = inputs["fov"] == fov
+    found = []
+    for ndc, fov in zip(np.split(inputs["ndc"], ANGLES), inputs["fov"][::EACH], strict=True):
         camera = camera_class(int(inputs["width"]), int(inputs["height"]), fov=float(fov))
-        found = rows(camera.generate_camera_coords, {"ndc": inputs["ndc"][chosen]}, ["ndc"], {"coords": 4})
-        coords[chosen] = found["coords"]
-    return {"camera_coords": coords}
+        found.append(rows(camera.generate_camera_coords, {"ndc": ndc}, ["ndc"], {"coords": 4})["coords"])
+    return {"camera_coords": np.concatenate(found)}
 
 
 def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
@@ -191,8 +192,7 @@ def run_picture(view: str):
     def run(classes, inputs: Arrays) -> Arrays:
         scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector)
         camera = classes.Camera(SIZE, SIZE, **fixtures.view_of(inputs))
-        renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
-        picture = np.asarray(renderer.image())
+        picture = np.asarray(classes.A1Renderer(scene, camera=camera, jitter=False).use(view).image())
         scene.destroy()
         return {"picture": picture}
 

@@ -273,12 +273,8 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     """The spheres, with all of the student's classes."""
     environment = environment_of(classes.Environment, inputs)
     scene = tt.load_scene_data("specular_spheres", environment=environment)
-    size = fixtures.SIZE
-    camera = classes.Camera(size, size, **fixtures.view_of(inputs))
-    renderer = classes.A2Renderer(scene, camera=camera).use("brdf")
-    found = fixtures.noisy_picture(renderer, first_seed=0)
-    scene.destroy()
-    return found
+    camera = classes.Camera(fixtures.SIZE, fixtures.SIZE, **fixtures.view_of(inputs))
+    return fixtures.noisy_picture(classes.A2Renderer(scene, camera=camera).use("brdf"), first_seed=0)
 
 
 LENGTH = ("length",)

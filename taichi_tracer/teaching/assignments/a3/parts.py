@@ -42,23 +42,20 @@ def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
     corners = inputs["vertices"].reshape(-1, 3, 3)[inputs["emissive"]]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     fields = fixtures.cached("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
-    fields["cdf"].fill(0)
-    for i in range(TRIANGLES if has_cdf else 0):
-        fields["cdf"][i] = areas[: i + 1].sum() / areas.sum()
-    total = float(areas.sum())
-    made = fixtures.bare(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
+    cdf = np.cumsum(areas) / areas.sum() if has_cdf else np.zeros(TRIANGLES)
+    fields["cdf"].from_numpy(cdf.astype(np.float32))
+    made = fixtures.bare(sampler_class, n_emissive_triangles=TRIANGLES, total_area=float(areas.sum()), **fields)
     made.geometry = fixtures.geometry(inputs)
     return made
 
 
 def make_fields(ids: np.ndarray, areas: np.ndarray) -> dict:
     """The fields of a sampler of lights."""
-    count = len(ids)
-    fields = {"emissive_triangle_ids": ti.field(ti.i32, count), "cdf": ti.field(float, count)}
-    fields["areas"] = ti.field(float, count)
-    for i in range(count):
-        fields["emissive_triangle_ids"][i], fields["areas"][i] = int(ids[i]), float(areas[i])
-    return fields
+    kinds = {"areas": float, "cdf": float, "emissive_triangle_ids": ti.i32}
+    found = {name: ti.field(kind, len(ids)) for name, kind in kinds.items()}
+    found["areas"].from_numpy(areas)
+    found["emissive_triangle_ids"].from_numpy(ids)
+    return found
 
 
 def run_cdf(sampler_class: type, inputs: Arrays) -> Arrays:
@@ -85,10 +82,12 @@ def run_points(sampler_class: type, inputs: Arrays) -> Arrays:
     made = light_sampler(sampler_class, inputs)
     found = samples(made.sample_mesh_lights, inputs, ["hit_point"], {"w_i": 3, "chosen": WHOLE}, SAMPLES)
     w_i, chosen = found["w_i"], found["chosen"]
-    place = places_on_triangles(inputs, w_i.astype(np.float64), chosen)
-    frequency = statistics(chosen[..., None] == inputs["emissive"])
-    drawn = {"w_i": statistics(w_i), "triangle_id": frequency, "place (u, v)": statistics(place)}
-    return {**drawn, "length": length_of(w_i)}
+    return {
+        "w_i": statistics(w_i),
+        "triangle_id": statistics(chosen[..., None] == inputs["emissive"]),
+        "place (u, v)": statistics(places_on_triangles(inputs, w_i.astype(np.float64), chosen)),
+        "length": length_of(w_i),
+    }
 
 
 def places_on_triangles(inputs: Arrays, w_i: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -206,9 +205,8 @@ def run_image_points(environment_class: type, inputs: Arrays) -> Arrays:
     at = points.astype(np.float64) * size + ON_EDGE
     texel = np.floor(np.nan_to_num(at, nan=-1.0, posinf=-1.0, neginf=-1.0)).astype(int)
     block = np.where((texel >= 0).all(axis=2), texel[..., 0] // 4 + 4 * (texel[..., 1] // 2), -1)
-    hits = {"row": texel[..., 1], "column": texel[..., 0], "block": block}
-    counts = {"row": 8, "column": 16, "block": 16}
-    found = {name: statistics(hits[name][..., None] == np.arange(counts[name])) for name in hits}
+    hits = {"row": (texel[..., 1], 8), "column": (texel[..., 0], 16), "block": (block, 16)}
+    found = {name: statistics(places[..., None] == np.arange(count)) for name, (places, count) in hits.items()}
     return {"point": statistics(points), **found}
 
 

@@ -21,12 +21,6 @@ def pixels(rng: np.random.Generator) -> Arrays:
     return {"pixel": pixel.astype(np.float32), "screen_window": window, **size, **view}
 
 
-def camera_of(camera_class: type, inputs: Arrays):
-    """The camera of the inputs."""
-    view = fixtures.view_of(inputs, "eye", "at", "up", "screen_window")
-    return camera_class(int(inputs["width"]), int(inputs["height"]), **view)
-
-
 @ti.func
 def screen(camera: ti.template(), pixel):
     """The point of the window of a pixel."""
@@ -41,7 +35,7 @@ def cornell_view(rng: np.random.Generator) -> Arrays:
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The Cornell box through both cameras, side by side."""
     scene = tt.load_scene_data("cornell_box")
-    view = fixtures.view_of(inputs, *inputs)
+    view = fixtures.view_of(inputs)
     cameras = [
         classes.PerspectiveCamera(48, 48, fov=60.0, **view),
         classes.OrthographicCamera(48, 48, screen_window=(-1.2, 1.2, -1.2, 1.2), **view),
@@ -52,7 +46,8 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 
 SAME, CAMERAS = Numbers(1e-4, called="pixels"), Numbers(1e-4, called="cameras")
-RUN_SCREEN, RUN_RAY = fixtures.on_rows(screen, ["pixel"], {"screen": 2}, camera_of), fixtures.run_eye_rays(camera_of)
+RUN_SCREEN = fixtures.on_rows(screen, ["pixel"], {"screen": 2}, fixtures.camera_of)
+RUN_RAY = fixtures.run_eye_rays(fixtures.camera_of)
 PARTS = (
     method("PerspectiveCamera.compute_matrix", 3, FRAME, fixtures.places, fixtures.run_matrix, CAMERAS),
     method("PerspectiveCamera.pixel_to_screen", 3, SCREEN, pixels, RUN_SCREEN, SAME),

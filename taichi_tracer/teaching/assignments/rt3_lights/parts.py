@@ -8,6 +8,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.contracts.lab import bound
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.teaching import fixtures
@@ -21,27 +22,6 @@ POINT = ("position", "intensity", "attenuation")  # what makes a light
 SPOT = ("position", "target", "intensity", "cutoff", "falloff", "attenuation")
 f32 = np.float32
 NOTHING = tm.vec3(0)  # is added to what a method returns: Taichi ends the process if it assigns None
-
-
-@ti.dataclass
-class PlainSurface:
-    """The members of a ``brdfs.surface.Surface`` that the sum reads."""
-
-    origin: tm.vec3
-    normal: tm.vec3
-    geometric_normal: tm.vec3
-    w_o: tm.vec3
-    material: fixtures.PlainMaterial
-
-    @ti.func
-    def ray_along(self, w_i):
-        """The ray that leaves the surface in the direction w_i."""
-        return tt.Ray(origin=self.origin, direction=w_i)
-
-    @ti.func
-    def lets_pass(self, w_i):
-        """Whether light can come from w_i."""
-        return tm.dot(self.geometric_normal, w_i) > 0
 
 
 def colours(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -232,8 +212,10 @@ SURFACE = ["normal", "geometric_normal", "w_o", "Ns"]
 @ti.func
 def surface_of(x, n, flat, w_o, Ns, Ka, Kd, Ks):
     """A surface without a scene."""
+    hit = tt.no_hit()
+    hit.normal, hit.geometric_normal = n, flat
     material = fixtures.PlainMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=tm.vec3(1), Ns=Ns)
-    return PlainSurface(origin=x, normal=n, geometric_normal=flat, w_o=w_o, material=material)
+    return Surface({}, 0, material, x, hit, w_o)
 
 
 def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
@@ -381,7 +363,6 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 
 POINTS, SURFACES = Numbers(1e-3, called="points"), Numbers(1e-3, called="surfaces")
-RUN_SHARE = run_lights(SPOT, shares, "theta", {"share": 2})
 PARTS = (
     method("PointLight.sample", 3, LIGHTS, points, run_sample(*POINT), POINTS),
     method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_sample("way", "irradiance"), POINTS),
@@ -390,7 +371,7 @@ PARTS = (
         2,
         CONES,
         angles,
-        RUN_SHARE,
+        run_lights(SPOT, shares, "theta", {"share": 2}),
         Numbers(1e-4, called="pairs of angles"),
     ),
     method("SpotLight.sample", 3, CONES, points_in_cones, run_sample(*SPOT), POINTS),
