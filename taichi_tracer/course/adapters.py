@@ -39,6 +39,7 @@ CLASSES: dict[str, Any] = {name: getattr(tt, name) for name in (*HANDOUT, "A2Ren
 WRITTEN = {"shade_ray", *(method for methods in HANDOUT.values() for method in methods)}
 OF_BRDF = ("material", "w_o", "w_i", "normal")  # the parameters of the handout, in their order
 BIND = tt.RayIntersector.bind  # kept, because ``course.use`` assigns another
+MODES_OF_A2 = {mode.integrator for mode in tt.A2Renderer.SampleMode}
 NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
 
 
@@ -247,15 +248,14 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
     """
     members = own_members(student)
     ways = [name for name in ("shade_implicit", "shade_explicit") if name in members]
-    own = type(student.__name__, (student, OfPackage), {})
+    second = classes.get("A2Renderer") if base is tt.A3Renderer else None  # A3 of the course knows lamps alone
     initialise = base.__init__  # type: ignore[misc]
 
     def begin(self: Any, *arguments: Any, **options: Any) -> None:
         initialise(self, *arguments, **options)
-        theirs = object_of(own, package=self, scene_data=scene_of(self.scene_data, classes))
-        given = {"width": int(self.width), "height": int(self.height), "scene_data": theirs.scene_data}
-        complete(theirs, student, given)
-        vars(self)["_theirs"] = theirs
+        vars(self)["_theirs"] = shading_object(self, student, classes)
+        if second is not None and self.scene_data.lamps.count == 0:
+            vars(self)["_without_lamps"] = shading_object(self, second, classes)
         if hasattr(self, "_one_sample"):
             self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read
 
@@ -264,7 +264,10 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
         name = f"shade_{self.active.name}" if ways else "shade_ray"
         if name not in members:
             raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
-        return call_with_known_args(getattr(vars(self)["_theirs"], name), ray)
+        theirs = vars(self)["_theirs"]
+        if self.active.name in MODES_OF_A2:
+            theirs = vars(self).get("_without_lamps", theirs)
+        return call_with_known_args(getattr(theirs, name), ray)
 
     made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:
@@ -272,6 +275,15 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
     cls: Any = type(base.__name__, (base,), made)
     cls.alone, cls.without = staticmethod(lambda _method: cls), staticmethod(lambda _method: base)
     return cls
+
+
+def shading_object(renderer: Any, student: type, classes: dict[str, type]) -> Any:
+    """An object of a student's renderer class, whose ``shade_ray`` a renderer asks."""
+    kind = type(student.__name__, (student, OfPackage), {})
+    theirs = object_of(kind, package=renderer, scene_data=scene_of(renderer.scene_data, classes))
+    given = {"width": int(renderer.width), "height": int(renderer.height), "scene_data": theirs.scene_data}
+    complete(theirs, student, given)
+    return theirs
 
 
 def scene_of(scene: Any, classes: dict[str, type]) -> CourseScene:

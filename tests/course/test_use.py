@@ -73,3 +73,12 @@ def test_a_file_that_cannot_be_used_is_told_and_the_others_are_used(folder):
         assert files.errors["camera.py"].startswith("camera.py:5: ImportError: cannot import name 'Raay'")
         assert "Camera.generate_ray" not in assigned()
         assert "RayIntersector.intersect_triangle" in assigned()
+
+
+def test_a_scene_without_lamps_is_shaded_by_assignment_2_in_the_renderer_of_assignment_3(folder):
+    scene = tt.load_scene_data("cube", environment="studio")
+    expected = tt.A3Renderer(scene, SIZE, SIZE).use("brdf").render(256).image().mean()
+    with tt.course(folder):
+        scene = tt.load_scene_data("cube", environment="studio")
+        theirs = tt.A3Renderer(scene, SIZE, SIZE).use("brdf").render(256).image().mean()
+    assert theirs == pytest.approx(expected, rel=0.02)
