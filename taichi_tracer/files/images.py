@@ -272,7 +272,7 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except Exception as error:  # decoders raise all kinds of errors for damaged files
-        reason = _one_line(str(error)) or type(error).__name__
+        reason = _one_line(str(error)).partition(" <_io.")[0] or type(error).__name__  # without Python's name of a file
         raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason})") from None
     if image.dtype.kind not in "fiu":
         raise InputError(f"{path}: an image must hold numbers, not {image.dtype}")
