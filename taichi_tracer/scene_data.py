@@ -112,7 +112,7 @@ class SceneData(KnownAttributes, RayQueries):
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
         self._view_of = view_of_mesh if view is None else view
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
-        self._in_kernels = memory.Lru(KEPT_FORMS)
+        self._in_kernels: dict[Any, SceneInKernels] = {}
 
     @property
     def parts(self) -> tuple[Any, ...]:
@@ -180,7 +180,9 @@ class SceneData(KnownAttributes, RayQueries):
             return SceneInKernels(self, effects, compensates, microfacets)
         light, effects = (self.environment, self.background, *self.lights), self.effects_for(microfacets)
         key = effects, light, compensates, microfacets
-        return self._in_kernels.get(key, lambda: SceneInKernels(self, effects, compensates, microfacets))
+        return memory.recent(
+            self._in_kernels, KEPT_FORMS, key, lambda: SceneInKernels(self, effects, compensates, microfacets)
+        )
 
     def receipt(self, microfacets: bool = False) -> list[str]:
         """One line per effect, and for the intersector and the lamps: what is simulated, and why."""

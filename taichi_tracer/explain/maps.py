@@ -19,7 +19,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system.errors import one_of
-from taichi_tracer.system.memory import Lru
+from taichi_tracer.system.memory import recent
 from taichi_tracer.system.parts import PARTS, overridable, register
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up
@@ -63,7 +63,7 @@ class MapRenderer(ProgressiveRenderer):
         self._measured: dict[str, Integrator] = {}
         self._of = find_measured(of)
         self._scale_of: tuple = ()
-        self._parts = Lru(KEPT_FORMS)
+        self._parts: dict[Any, SampleParts] = {}
         super().__init__(scene_data, width, height, **options)
 
     # ── what is measured ──
@@ -145,7 +145,7 @@ class MapRenderer(ProgressiveRenderer):
         parts, number = super().sample_parts(scene, self.measured), self.map.number
         if number is None:
             return parts
-        return self._parts.get((number, self.measured, scene), lambda: counted(parts, number))
+        return recent(self._parts, KEPT_FORMS, (number, self.measured, scene), lambda: counted(parts, number))
 
     # ── the picture ──
 

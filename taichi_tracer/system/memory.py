@@ -38,27 +38,12 @@ from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 
 
-class Lru:
-    """The objects that were made for the keys that were asked for last.
-
-    Args:
-        most: how many are kept.
-    """
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._kept: dict[Hashable, Any] = {}
-
-    def __contains__(self, key: Hashable) -> bool:
-        return key in self._kept
-
-    def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """What was made for a key; it is made if nothing is kept for it."""
-        found = self._kept.pop(key) if key in self._kept else make()
-        self._kept[key] = found
-        while len(self._kept) > self.most:
-            del self._kept[next(iter(self._kept))]
-        return found
+def recent(kept: dict[Hashable, Any], most: int, key: Hashable, make: Callable[[], Any]) -> Any:
+    """What was made for a key, or is made now; the ``most`` that were asked for last are kept."""
+    kept[key] = found = kept.pop(key, None) or make()
+    if len(kept) > most:
+        del kept[next(iter(kept))]
+    return found
 
 
 # ── numbers ──
@@ -223,9 +208,6 @@ class ArrayField(Field):
         """Copy all numbers from another field of the same shape."""
         self.from_numpy(other.to_numpy())
 
-    def __str__(self) -> str:
-        return repr(self) if impl.inside_kernel() or self.array is None else str(self.array)
-
 
 class Accessor:
     """Reads and writes one component of each element of a field, for Python.
@@ -320,9 +302,6 @@ def ask_for(needed: int, what: str) -> None:
         needed: the memory in bytes. what: the name of what needs it, for the message.
     """
     free = free_bytes()
-    if free is not None and needed > (1 - KEPT_FREE) * free and _orphans:
-        _free_orphans()
-        free = free_bytes()
     if free is not None and needed > (1 - KEPT_FREE) * free:
         sizes = f"{needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are free"
         raise InputError(f"{what} needs {sizes}: ask for less")
