@@ -54,23 +54,22 @@ class KnownAttributes:
     """
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name not in vars(self) and not is_of_class(type(self), name) and not may_add(self, sys._getframe(1)):
+        is_known = name in vars(self) or name.startswith("_") or hasattr(type(self), name)
+        if not (is_known or is_declared(type(self), name) or may_add(self, sys._getframe(1))):
             raise unknown(self, name)
         super().__setattr__(name, value)
 
 
-def is_of_class(cls: type, name: str) -> bool:
-    """Whether a class has an attribute or an annotation of one, or whether the name is a private one."""
-    is_declared = any(name in vars(base).get("__annotations__", {}) for base in cls.__mro__)
-    return is_declared or name.startswith("_") or hasattr(cls, name)
+def is_declared(cls: type, name: str) -> bool:
+    """Whether a class has an annotation of an attribute."""
+    return any(name in vars(base).get("__annotations__", {}) for base in cls.__mro__)
 
 
 def may_add(part: object, frame: FrameType) -> bool:
     """Whether the code of a frame may add an attribute: a method of the object, and the packages ``OWN``."""
     code = frame.f_code
-    if str(frame.f_globals.get("__name__")).split(".")[0] in OWN or code.co_filename.startswith(PACKAGE):
-        return True
-    return code.co_argcount > 0 and frame.f_locals.get(code.co_varnames[0]) is part
+    is_of_package = code.co_filename.startswith(PACKAGE) or str(frame.f_globals.get("__name__")).split(".")[0] in OWN
+    return is_of_package or (code.co_argcount > 0 and frame.f_locals.get(code.co_varnames[0]) is part)
 
 
 def unknown(part: object, name: str) -> InputError:
@@ -147,6 +146,11 @@ def overridable(*names: str, **gives: str) -> Callable[[Class], Class]:
     return remember
 
 
+def shipped_of(cls: type) -> dict[str, object]:
+    """Name → the package's function, of each method of a class that a student may replace."""
+    return next((_SHIPPED[base] for base in cls.__mro__ if base in _SHIPPED), {})
+
+
 def gives_of(cls: type) -> dict[str, str]:
     """Name of a method → the kind of what it returns in kernels, of a class and of those from which it derives."""
     return {name: kind for base in reversed(cls.__mro__) for name, kind in _GIVES.get(base, {}).items()}
@@ -162,17 +166,14 @@ def replaced(part) -> tuple[str, ...]:
     what is wrong.
     """
     cls = part if isinstance(part, type) else type(part)
-    home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
-    if home is None:
-        return ()
     own = {} if isinstance(part, type) else getattr(part, "__dict__", {})
-    shipped = _SHIPPED[home]
+    shipped = shipped_of(cls)
     names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
     for name in names if not inside_kernel() else ():  # there, Taichi would wrap the error
         if callable(shipped[name]) and not isinstance(own.get(name, inspect.getattr_static(cls, name)), Unfinished):
             function: Any = own[name] if name in own else written(cls, name)
             try:
-                check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
+                check_method(cls, name, function, shipped[name], gives_of(cls).get(name, ""))
             except OwnCodeError as error:
                 setattr(part if name in own else cls, name, Unfinished(function, error))
     return names
@@ -186,17 +187,12 @@ class Unfinished:
     """
 
     def __init__(self, function: Callable, error: OwnCodeError) -> None:
-        self.written, self.error, self.use = function, error, compile_time(self._use)
-
-    def _use(self, *_arguments: Any, **_named: Any) -> None:
-        raise OwnCodeError(self.error.args[0], self.error.text, self.error.file, self.error.line)
-
-    def __get__(self, owner: object, cls: type | None = None) -> object:
-        return self.use
+        self.written, self.error = function, error
+        compile_time(self)
 
     def __call__(self, *_arguments: Any, **_named: Any) -> None:
-        """Raise the error: an object may have the method as an attribute of its own."""
-        self._use()
+        """Raise the error."""
+        raise OwnCodeError(self.error.args[0], self.error.text, self.error.file, self.error.line)
 
 
 def unfinished(part) -> dict[str, OwnCodeError]:
@@ -212,9 +208,8 @@ def check_part(part, file: str = "") -> None:
         file: where it is written, if that is known.
     """
     cls = part if isinstance(part, type) else type(part)
-    home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
     check_class(cls, getattr(part, "required", ()), file)
-    note_misspelt(cls, tuple(_SHIPPED[home]) if home is not None else ())
+    note_misspelt(cls, tuple(shipped_of(cls)))
 
 
 def written(cls: type, name: str) -> object:
@@ -245,11 +240,10 @@ def adapt_signature(cls: type) -> None:
 
     For example, ``sample(self, scene, surface)`` draws its random numbers itself, and is called without ``xi``.
     """
-    home = next((base for base in cls.__mro__ if base in _SHIPPED), cls)
     for name in replaced(cls):
         owner = next(base for base in cls.__mro__ if name in vars(base))
         function: Any = written(owner, name)
-        has_fewer = len(parameters(function)) < len(parameters(_SHIPPED[home][name]))
+        has_fewer = len(parameters(function)) < len(parameters(shipped_of(cls)[name]))
         if has_fewer and not isinstance(vars(owner)[name], Unfinished):
             setattr(owner, name, Fitted(function))
 

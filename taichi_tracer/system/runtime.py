@@ -57,18 +57,12 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
     """
     problem = why_not_writable(Path(wanted))
     if problem is None:
-        remove_old_lock(Path(wanted))
+        with contextlib.suppress(OSError):  # there is no lock, or another process has just removed it
+            if time.time() - (Path(wanted) / LOCK).stat().st_mtime > OLD:
+                (Path(wanted) / LOCK).unlink()
         return Path(wanted), None
     advice = f"kernels are compiled anew in every run, unless {VARIABLE} names another folder"
     return None, f"the cache of compiled kernels, {wanted}, cannot be written ({problem}): {advice}"
-
-
-def remove_old_lock(folder: Path) -> None:
-    """Remove the lock of a process that was killed while it wrote kernels."""
-    lock = folder / LOCK
-    with contextlib.suppress(OSError):  # there is none, or another process has just removed it
-        if time.time() - lock.stat().st_mtime > OLD:
-            lock.unlink()
 
 
 def why_not_writable(folder: Path) -> str | None:

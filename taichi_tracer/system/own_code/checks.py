@@ -363,11 +363,9 @@ class OwnFunction:
         self.check_numpy(node, name)
         if function is None or not is_own(function):
             return
-        if is_of_taichi(function):
-            if gives_nothing(function) and node not in self.unused:
-                text = f"{name} has no return with a value, and {place(self.function, node)} needs one"
-                raise fault(function, text)
-        elif inspect.isfunction(function) and self.needs_func(node, function):
+        if is_of_taichi(function) and gives_nothing(function) and node not in self.unused:
+            raise fault(function, f"{name} has no return with a value, and {place(self.function, node)} needs one")
+        if inspect.isfunction(function) and not is_of_taichi(function) and self.needs_func(node, function):
             raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
 
     def check_numpy(self, node: ast.Call, name: str) -> None:
@@ -390,12 +388,8 @@ class OwnFunction:
         is_known = all(isinstance(one, ast.Constant) for one in given) or node in self.static
         if is_known or tree is None or hasattr(function, "is_for_python_too"):
             return False
-        stored = (one for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
-        names = {a.arg for a in tree.args.args if a.arg != "self"} | {one.id for one in stored}
-        tests = [getattr(one, "test", one) for one in ast.walk(tree) if isinstance(one, DECIDES)]
-        compared = [one for test in tests for one in ast.walk(test) if isinstance(one, ast.Compare)]
-        compared = [one for one in compared if isinstance(one.ops[0], SIZES)]
-        return any(getattr(inner, "id", "") in names for one in compared for inner in ast.walk(one))
+        found = {type(node) for node in ast.walk(tree)}
+        return not found.isdisjoint(DECIDES) and not found.isdisjoint(SIZES)
 
 
 def values_of(parts: Iterable[Any]) -> Values:

@@ -270,16 +270,10 @@ def flat(usual: Callable, indices: tuple[Any, ...]) -> list[Any]:
 
 def whole_number(index: Any) -> Any:
     """An index as i32."""
-    if not isinstance(index, Expr):
-        if not isinstance(index, (int, np.integer)):
-            raise ti.TaichiTypeError(f"indices must be integers, however '{index}' is used as index")
-        return int(index)
-    kind = index.ptr.get_rvalue_type()
-    if kind == ti.i32:
-        return index
-    if not core.is_integral(kind):
-        raise ti.TaichiTypeError(f"indices must be integers, however a value of type {kind.to_string()} is used")
-    return ti.cast(index, ti.i32)
+    kind = index.ptr.get_rvalue_type() if isinstance(index, Expr) else None
+    if not (isinstance(index, (int, np.integer)) if kind is None else core.is_integral(kind)):
+        raise ti.TaichiTypeError(f"indices must be integers, however {kind or index} is used as index")
+    return int(index) if kind is None else index if kind == ti.i32 else ti.cast(index, ti.i32)
 
 
 def loading(usual: Callable) -> Callable:
@@ -288,18 +282,11 @@ def loading(usual: Callable) -> Callable:
     @functools.wraps(usual)
     def build(context: Any, node: Any) -> Any:
         value = usual(context, node)
-        kind = type(value)
-        if (kind in memory.VARYING or (kind is tuple and holds_varying(value))) and readings:
-            if not context.is_in_static_scope():
-                node.ptr = value = readings[-1].number(node.value.ptr, node.attr, value)
+        if type(value) in (tuple, *memory.VARYING) and readings and not context.is_in_static_scope():
+            node.ptr = value = readings[-1].number(node.value.ptr, node.attr, value)
         return value
 
     return build
-
-
-def holds_varying(value: Any) -> bool:
-    """Whether a tuple, or one in it, has a varying number."""
-    return any(type(one) in memory.VARYING or (type(one) is tuple and holds_varying(one)) for one in value)
 
 
 # ── loops over fields, whose lengths are arguments ──
