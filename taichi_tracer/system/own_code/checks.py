@@ -318,6 +318,11 @@ def is_of_taichi(function: Any) -> bool:
     return hasattr(getattr(function, "__func__", function), "_is_taichi_function")
 
 
+def decision_of(node: Any) -> ast.AST:
+    """What an if, a loop or a word such as "and" decides by; what stands in its branches is no part of it."""
+    return node if isinstance(node, ast.BoolOp) else node.test
+
+
 class OwnFunction:
     """A function that somebody has written.
 
@@ -388,8 +393,8 @@ class OwnFunction:
         is_known = all(isinstance(one, ast.Constant) for one in given) or node in self.static
         if is_known or tree is None or hasattr(function, "is_for_python_too"):
             return False
-        found = {type(node) for node in ast.walk(tree)}
-        return not found.isdisjoint(DECIDES) and not found.isdisjoint(SIZES)
+        tests = [test for one in ast.walk(tree) if isinstance(one, DECIDES) for test in ast.walk(decision_of(one))]
+        return any(isinstance(test, ast.Compare) and isinstance(test.ops[0], SIZES) for test in tests)
 
 
 def values_of(parts: Iterable[Any]) -> Values:

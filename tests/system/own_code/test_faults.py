@@ -4,7 +4,7 @@ import re
 import warnings
 
 import pytest
-from wrong_parts import WRONG
+from wrong_parts import WRONG, view
 
 import taichi_tracer as tt
 from taichi_tracer.system import runtime
@@ -57,9 +57,22 @@ def test_a_mistake_is_told_in_one_line(name, tmp_path):
     assert not here or int(line[1]) in here, message
 
 
-def test_a_method_that_is_right_is_not_judged(tmp_path):
+SWITCH = """
+def shade(kind, t):
+    if kind == "near":
+        return ti.select(t > 1, 0.0, t)
+    return t
+"""
+RIGHT = (
+    WRONG["no self"][0].replace("color(hit)", "color(self, hit)"),
+    view("return tm.vec3(shade('near', hit.distance))", before=SWITCH),
+)
+
+
+@pytest.mark.parametrize("text", RIGHT)
+def test_a_method_that_is_right_is_not_judged(text, tmp_path):
     path = tmp_path / "my_parts.py"
-    path.write_text(WRONG["no self"][0].replace("color(hit)", "color(self, hit)"))
+    path.write_text(text)
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
         run(path)
