@@ -20,7 +20,7 @@ from taichi_tracer.meshes.parts import (
     GROUND,
     inverse_of,
     joined,
-    move,
+    moved,
     similarities,
     visible_points,
     with_common_materials,
@@ -160,6 +160,21 @@ def group(parts: "Sequence[Mesh | Instances]", source: str = "group") -> Mesh:
     return whole
 
 
+def assemble(placed: Sequence[tuple[Mesh, np.ndarray]], source: str) -> Mesh:
+    """One mesh of all parts, in their order; with ``instances``, if there are many triangles several times.
+
+    Args:
+        placed: each part with its (4, 4) transform; a part in several places is the same object.
+    """
+    parts = {id(mesh): mesh for mesh, _ in placed}
+    colored, materials = with_common_materials(list(parts.values()))
+    parts = dict(zip(parts, colored, strict=True))
+    copies = sum(len(mesh.faces) for mesh, _ in placed) - sum(len(part.faces) for part in colored)
+    if copies > FEW_COPIES:
+        return group([Instances(parts[id(mesh)], transform) for mesh, transform in placed], source)
+    return joined([moved(parts[id(mesh)], transform) for mesh, transform in placed], materials, source)
+
+
 def resolve_instances(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> Mesh:
     """``mesh`` without ``instances``: with copies of them, or with objects that are shared; then it has ``placed``.
 
@@ -212,7 +227,7 @@ def _with_copies(
     run_of = np.cumsum(np.isin(np.arange(len(shared)), begins)) - 1
     copies: list[list[Mesh]] = [[] for _ in begins]
     for place in np.flatnonzero(~shared):
-        copies[run_of[place]].append(_copy(objects[object_of[place]], matrices[place]))
+        copies[run_of[place]].append(moved(objects[object_of[place]], matrices[place]))
     runs = [joined(some, materials, mesh.source) for some in copies]
     kept = np.unique(object_of[shared])
     parts = [*runs, *(objects[k] for k in kept)]
@@ -307,12 +322,6 @@ def _shared(objects: list[Mesh], object_of: np.ndarray, matrices: np.ndarray, ch
             f"{source}: the copies of what cannot be shared have {copied:,} primitives; {MOST_COPIES:,} fit"
         )
     return shared
-
-
-def _copy(mesh: Mesh, matrix: np.ndarray) -> Mesh:
-    copied = replace(mesh)
-    move(copied, matrix)
-    return copied
 
 
 def on_ground(mesh: Mesh, up_axis: str) -> Mesh:

@@ -149,7 +149,7 @@ def read_mesh_file(name: str, content: bytes) -> None:
 def read_material_file(content: bytes) -> None:
     """Materials of finite numbers, or an InputError."""
     with bounded():
-        for material in read_mtl(file_with("b.mtl", content)).values():
+        for material in read_mtl(file_with("b.mtl", content), []).values():
             assert np.isfinite([*material.Kd, *material.Ke, material.Ns, material.d]).all()
 
 

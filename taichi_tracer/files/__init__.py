@@ -8,7 +8,7 @@ from pathlib import Path
 
 from taichi_tracer.files import meshes
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.system.errors import InputError
 
 EXTENSIONS = (".obj", *meshes.EXTENSIONS)
 
@@ -22,8 +22,6 @@ def read(path: str | Path) -> Mesh:
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path}: this is a folder: give a file in it")
-    if not path.exists():
-        raise MissingFileError(f"{path}: no such file")
     extension = path.suffix.lower()
     if extension not in EXTENSIONS:
         raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}")

@@ -12,11 +12,7 @@ from taichi_tracer.system.errors import InputError
 
 def mesh_from_arrays(vertices, faces) -> Mesh:
     """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
-    try:
-        vertices = np.asarray(vertices, dtype=np.float64)
-        ids = np.asarray(faces)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"mesh: vertices and faces must be (n, 3) arrays of numbers ({error})") from None
+    vertices, ids = numbers("vertices", vertices).astype(np.float64), numbers("faces", faces)
     if ids.size == 0:
         ids = np.zeros((0, 3), np.int32)
     if vertices.size == 0:
@@ -44,9 +40,7 @@ def with_appearance(mesh: Mesh, color=None, material=None, normals=None, face_ma
     if uv is not None:
         rows = of_corners("uv", uv, 2, mesh)
         changed["corner_uv"] = rows[mesh.faces] if rows.ndim == 2 else rows
-    whole = replace(mesh, **changed)
-    check(whole)
-    return whole
+    return replace(mesh, **changed)
 
 
 def colors(given) -> np.ndarray:
@@ -64,11 +58,8 @@ def colors(given) -> np.ndarray:
 def materials(given: Material | Sequence[Material]) -> list[Material]:
     """The materials of a mesh, from one or several of them."""
     several = list(given) if isinstance(given, (list, tuple)) else [given]
-    for one in several:
-        if not isinstance(one, Material):
-            raise InputError(f"mesh: material must be a Material, or a list of them, not {one!r}")
-    if not several:
-        raise InputError("mesh: material must be a Material, or a list of them, not an empty list")
+    if not several or not all(isinstance(one, Material) for one in several):
+        raise InputError(f"mesh: material must be a Material, or a list of them, not {given!r}")
     return several
 
 

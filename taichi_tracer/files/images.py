@@ -272,7 +272,7 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except Exception as error:  # decoders raise all kinds of errors for damaged files
-        reason = _one_line(str(error)).partition(" <_io.")[0] or type(error).__name__  # without Python's name of a file
+        reason = one_line(error).partition(" <_io.")[0]  # without Python's name of a file
         raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason})") from None
     if image.dtype.kind not in "fiu":
         raise InputError(f"{path}: an image must hold numbers, not {image.dtype}")
@@ -308,9 +308,9 @@ def display_in(path: str | Path) -> str | None:
         return image.info.get(DISPLAY_KEY) or comment.partition(f"{DISPLAY_KEY}: ")[2] or None
 
 
-def _one_line(message: str) -> str:
-    """The message of a library as one line of limited length."""
-    return " ".join(message.split())[:LONGEST_REASON]
+def one_line(error: Exception | str) -> str:
+    """The message of a library as one line of limited length; the kind of an error that has none."""
+    return " ".join(str(error).split())[:LONGEST_REASON] or type(error).__name__
 
 
 def _check_size(width: int, height: int) -> None:
@@ -360,14 +360,14 @@ def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
     file = oiio.ImageInput.open(str(path), settings)
     if file is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(oiio.geterror())})")
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({one_line(oiio.geterror())})")
     names = _choose_part(file, path)
     spec = file.spec()
     _check_size(spec.width, spec.height)
     _check_size(spec.full_width, spec.full_height)
     pixels = file.read_image("float")
     if pixels is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(file.geterror())})")
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({one_line(file.geterror())})")
     pixels = np.asarray(pixels).reshape(spec.height, spec.width, -1)[..., names]
     return _by_hdr_header(pixels, raw) if extension == ".hdr" else _in_display_window(pixels, spec)
 
@@ -446,18 +446,8 @@ DECODERS: dict[str, Callable[[Path, bytes], np.ndarray]] = {
 
 # Operations whose result has the meaning of their arguments. A picture times two is a brighter picture. A picture to
 # the power of 1/2.2 is something else: somebody encoded it by hand, and it must not be encoded once more.
-KEEP_MEANING: tuple[str, ...] = (
-    "add",
-    "subtract",
-    "multiply",
-    "divide",
-    "negative",
-    "positive",
-    "absolute",
-    "minimum",
-    "maximum",
-)
-KEEP_MEANING += ("fmin", "fmax", "clip")
+KEEP_MEANING = {"add", "subtract", "multiply", "divide", "negative", "positive", "absolute", "minimum", "maximum"}
+KEEP_MEANING |= {"fmin", "fmax", "clip"}
 JOIN = (np.concatenate, np.where, np.pad)
 SMALLEST = 16  # pixels on a side of what a notebook shows as a picture
 
@@ -489,16 +479,11 @@ class Picture(np.ndarray):
     def __array_finalize__(self, origin) -> None:
         self.srgb = getattr(origin, "srgb", None)
 
-    def __array_ufunc__(self, operation, method, *arguments, out=(), **options):
-        options |= {"out": tuple(as_array(array) for array in out)} if out else {}
-        result = getattr(operation, method)(*(as_array(argument) for argument in arguments), **options)
-        srgb = common_srgb(arguments) if operation.__name__ in KEEP_MEANING else None
-        if out:
-            for array in out:
-                if isinstance(array, Picture):
-                    array.srgb = srgb
-            return out[0] if len(out) == 1 else out
-        return result if srgb is None or not isinstance(result, np.ndarray) else Picture(result, srgb)
+    def __array_wrap__(self, array, context=None, return_scalar=False):
+        if return_scalar:
+            return array[()]
+        operation, arguments, _ = context or (np.add, (self,), 0)  # of a sum or a mean
+        return Picture(array, common_srgb(arguments)) if operation.__name__ in KEEP_MEANING else np.asarray(array)
 
     def __array_function__(self, function, types, arguments, options):
         result = super().__array_function__(function, types, arguments, options)
@@ -507,18 +492,13 @@ class Picture(np.ndarray):
         return result
 
     def __reduce__(self):
-        return Picture, (as_array(self), self.srgb)
+        return Picture, (np.asarray(self), self.srgb)
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows; a few pixels are shown as numbers."""
         if self.ndim != 3 or self.shape[2] != 3 or min(self.shape[:2]) < SMALLEST:
             return None
         return encode_png(self)
-
-
-def as_array(value):
-    """The same numbers as a plain array, if ``value`` is a picture; anything else as it is."""
-    return value.view(np.ndarray) if isinstance(value, Picture) else value
 
 
 def common_srgb(values) -> bool | None:

@@ -1,20 +1,18 @@
 """Meshes of PLY, STL, OFF and glTF files, and trimesh's own objects."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.files.images import linear_from_srgb
+from taichi_tracer.files.images import linear_from_srgb, one_line
 from taichi_tracer.files.readers.gltf import read_gltf
 from taichi_tracer.files.readers.ply import read_ply
 from taichi_tracer.geometry import Mesh, check
-from taichi_tracer.instances import FEW_COPIES, Instances, group
+from taichi_tracer.instances import assemble
 from taichi_tracer.materials import Material, Texture
-from taichi_tracer.meshes.parts import joined, move, with_common_materials
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError
 
@@ -22,7 +20,6 @@ EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_START, STL_TRIANGLE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 STL_VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 OFF_START = re.compile(rb"\s*([A-Z]*OFF)", re.IGNORECASE)
-LONGEST_REASON = 200  # characters of a library's own message that are shown
 
 
 def read_mesh(path: str | Path) -> Mesh:
@@ -33,24 +30,18 @@ def read_mesh(path: str | Path) -> Mesh:
     """
     path = Path(path)
     raw, kind = read_bytes(path), path.suffix[1:].lower()
-    lights: list[tuple[str, dict]] = []
     notes: list[str] = []
     try:
         if not raw.strip():
             raise InputError("the file is empty")
-        if kind in ("glb", "gltf"):
-            placed, lights = read_gltf(raw, path, notes)
-        else:
-            part = READERS[kind](raw, path, notes)
-            check(part)
-            placed = [(part, np.eye(4))]
+        mesh = READERS[kind](raw, path, notes)
+        check(mesh)
     except Exception as error:  # damaged files make all kinds of errors
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = one_line(error)
         reason = f"{reason} is missing" if isinstance(error, KeyError) else reason
-        text = f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})"
+        text = f"{path}: cannot be read as {kind.upper()} ({reason})"
         raise InputError(reason if reason.startswith(f"{path}: ") else text) from None
-    mesh = assemble(placed, str(path))
-    mesh.notes, mesh.lights = [f"{path}: {note}" for note in notes], lights
+    mesh.notes = [f"{path}: {note}" for note in notes]
     if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
     return mesh
@@ -92,7 +83,7 @@ def _read_off(raw: bytes, path: Path, notes: list[str]) -> Mesh:
     return Mesh(points, ids[corners].astype(np.int32), source=str(path))
 
 
-READERS = {"ply": read_ply, "stl": _read_stl, "off": _read_off}
+READERS = {"ply": read_ply, "stl": _read_stl, "off": _read_off, "glb": read_gltf, "gltf": read_gltf}
 
 
 def from_trimesh(mesh_or_scene) -> Mesh:
@@ -137,30 +128,6 @@ def _part(mesh, looks: dict[int, Material]) -> Mesh:
         part.corner_uv = np.asarray(uv, np.float64)[:, :2][part.faces]
     part.materials = [material]
     return part
-
-
-def _moved(part: Mesh, transform: np.ndarray) -> Mesh:
-    """A part in its place, with normals of unit length if it has normals."""
-    moved = replace(part)
-    move(moved, transform)
-    lengths = np.linalg.norm(moved.normals, axis=1, keepdims=True)
-    moved.normals = moved.normals / np.where(lengths > 0, lengths, 1)
-    return moved
-
-
-def assemble(placed: list[tuple[Mesh, np.ndarray]], source: str) -> Mesh:
-    """One mesh of all parts, in their order; with ``instances``, if there are many triangles several times.
-
-    Args:
-        placed: each part with its (4, 4) transform; a part in several places is the same object.
-    """
-    parts = {id(mesh): mesh for mesh, _ in placed}
-    colored, materials = with_common_materials(list(parts.values()))
-    parts = dict(zip(parts, colored, strict=True))
-    copies = sum(len(mesh.faces) for mesh, _ in placed) - sum(len(part.faces) for part in colored)
-    if copies > FEW_COPIES:
-        return group([Instances(parts[id(mesh)], transform) for mesh, transform in placed], source)
-    return joined([_moved(parts[id(mesh)], transform) for mesh, transform in placed], materials, source)
 
 
 def _material(look: Any) -> Material:

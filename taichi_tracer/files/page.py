@@ -97,13 +97,9 @@ def cards(rows: list[dict], columns: Sequence[str]) -> str:
     kinds = {c: "" if 2 * numbers[c] > len(rows) else " class='text'" for c in columns}
     cells = ("".join(f"<td data-head='{html.escape(c)}'{kinds[c]}>{row[c]}</td>" for c in columns) for row in rows)
     head = "".join(f"<th{kinds[c]}>{html.escape(c)}</th>" for c in columns)
-    return sortable(head, "".join(f"<tr>{row}</tr>" for row in cells), "wide cards")
-
-
-def sortable(head: str, body: str, kind: str = "wide") -> str:
-    """A table of cells and rows that are HTML already; it scrolls by itself on narrow screens."""
-    rows = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    return f"<div class='{kind}'><table class='sortable'>{rows}</table></div>"
+    body = "".join(f"<tr>{row}</tr>" for row in cells)
+    rows_and_head = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return f"<div class='wide cards'><table class='sortable'>{rows_and_head}</table></div>"
 
 
 def bars(values: list[tuple[str, float, str]], colour: str) -> str:

@@ -109,15 +109,16 @@ def reverse(mesh: Mesh) -> None:
             setattr(mesh, name, getattr(mesh, name)[:, [0, 2, 1]])
 
 
-def move(mesh: Mesh, matrix: np.ndarray) -> None:
-    """Transform vertices by a (4, 4) matrix, normals by its inverse transpose, and spheres if they stay spheres.
+def moved(mesh: Mesh, matrix: np.ndarray) -> Mesh:
+    """``mesh`` transformed by a (4, 4) matrix; its normals by the inverse transpose, its spheres if they stay spheres.
 
     If the matrix mirrors the mesh, the triangles are reversed, so that fronts stay fronts. If it presses the mesh flat,
     the normals are gone. A sphere that would become an ellipsoid disappears: its radius is 0. The poles of others, by
     which a texture lies on them, stay where they are. The identity leaves every bit as it is.
     """
+    mesh = replace(mesh)
     if (matrix == np.eye(4)).all():
-        return
+        return mesh
     linear = matrix[:3, :3]
     mesh.vertices = mesh.vertices @ linear.T + matrix[:3, 3]
     if len(mesh.spheres) > 0:
@@ -130,6 +131,7 @@ def move(mesh: Mesh, matrix: np.ndarray) -> None:
             mesh.normals = mesh.normals @ np.linalg.inv(linear)
     if np.linalg.det(linear) < 0:
         reverse(mesh)
+    return mesh
 
 
 def inverse_of(linear: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from taichi_tracer.lights.directional_light import DirectionalLight
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.meshes.parts import joined, move, reverse, similarity
+from taichi_tracer.meshes.parts import joined, moved, reverse, similarity
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 
@@ -225,7 +225,7 @@ class World:
             mesh.face_normals = mesh.faces.astype(np.int32)
         if element.flag("backface_cull", default=False):
             mesh.face_culls = np.ones(len(mesh.faces), bool)
-        move(mesh, self.ctm)
+        mesh = moved(mesh, self.ctm)
         material = self._material_of(element)
         if material is None:
             ids = np.array([self._id_of(m) for m in mesh.materials], np.int32)
@@ -259,8 +259,7 @@ class World:
         if similarity(ctm[:3, :3]) is None:  # an ellipsoid, which is a sphere in a place of its own
             self.current.calls.append((replace(sphere, source="sphere", materials=list(self.material_ids)), ctm))
         else:
-            move(sphere, ctm)
-            self.current.parts.append(sphere)
+            self.current.parts.append(moved(sphere, ctm))
 
     # --- instances ----------------------------------------------------------------------------------------------------
 

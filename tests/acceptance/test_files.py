@@ -197,7 +197,8 @@ def test_positions_are_those_of_the_pose(mesh_of, arrays, primitive, content, ex
 @pytest.mark.parametrize("name", ["KHR_materials_pbrSpecularGlossiness", "KHR_materials_clearcoat", "XX_never_heard"])
 def test_an_extension_is_a_note_or_where_it_is_required_a_line(mesh_of, name):
     looks = [{"extensions": {name: {}}}, {"extensions": {name: {}}}]
-    (note,) = mesh_of("a.glb", glb([POINTS], {**POSITION, "material": 0}, materials=looks)).notes
+    found = mesh_of("a.glb", glb([POINTS], {**POSITION, "material": 0}, materials=looks, extensionsUsed=[name]))
+    (note,) = found.notes
     assert note.endswith(f"the extension {name} is not read")
     with pytest.raises(tt.InputError, match=f"it needs the extension {name}"):
         mesh_of("b.glb", glb([POINTS], POSITION, extensionsRequired=[name], extensionsUsed=[name]))

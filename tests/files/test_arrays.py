@@ -5,6 +5,7 @@ import pytest
 from shapes import SQUARE
 
 from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
+from taichi_tracer.geometry import check
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 
@@ -48,7 +49,7 @@ def test_normals_are_those_of_vertices_or_of_corners():
         ({"color": "red"}, "color must be an array of numbers, not str"),
         ({"color": (1, 1, 1), "material": Material()}, "give color or material, not both"),
         ({"material": "red"}, "material must be a Material, or a list of them, not 'red'"),
-        ({"material": []}, "not an empty list"),
+        ({"material": []}, "or a list of them, not []"),
         ({"material": [Material(), Material()]}, "2 materials need face_materials"),
         ({"color": np.zeros((3, 3))}, "3 materials need face_materials"),
         ({"face_materials": [0, 1]}, "face_materials[1] is 1, which is out of range (0 to 0)"),
@@ -62,7 +63,7 @@ def test_normals_are_those_of_vertices_or_of_corners():
 )
 def test_what_does_not_fit_is_one_line_with_its_value(options, message):
     with pytest.raises(InputError) as error:
-        dressed_square(**options)
+        check(dressed_square(**options))
     assert message in str(error.value)
     assert str(error.value).startswith("mesh: ")
     assert "\n" not in str(error.value)

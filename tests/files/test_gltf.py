@@ -18,7 +18,7 @@ def lights(nodes, known, **content):
     """((name, arguments) of the lights, the notes) of a glTF with these nodes."""
     content |= {"nodes": nodes, "extensions": {LIGHTS: {"lights": known}}}
     notes = []
-    return read_gltf(json.dumps(content).encode(), Path("a.gltf"), notes)[1], notes
+    return read_gltf(json.dumps(content).encode(), Path("a.gltf"), notes).lights, notes
 
 
 def node(light=0, **options):

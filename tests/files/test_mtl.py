@@ -16,7 +16,7 @@ def mtl(tmp_path):
     def read_text(text, notes=None):
         path = tmp_path / "scene.mtl"
         path.write_bytes(text.encode())
-        return read_mtl(path, notes)
+        return read_mtl(path, [] if notes is None else notes)
 
     return read_text
 

@@ -21,6 +21,7 @@ from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.geometry import Mesh, check
+from taichi_tracer.instances import assemble
 from taichi_tracer.materials import BASE, METALLIC, Material, Texture
 from taichi_tracer.meshes.parts import inverse_of
 from taichi_tracer.system.errors import InputError
@@ -48,11 +49,9 @@ WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 
 TRS = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}  # of instances, and of nodes
 
-Placed = list[tuple[Mesh, np.ndarray]]
 
-
-def read_gltf(raw: bytes, path: Path, notes: list[str]) -> tuple[Placed, list[tuple[str, dict]]]:
-    """The meshes of a file with their (4, 4) transforms, a mesh in several places once for each; and its lights.
+def read_gltf(raw: bytes, path: Path, notes: list[str]) -> Mesh:
+    """The meshes of a file in all their places, and its lights.
 
     Args:
         notes: gets a line for everything that changes the picture and is not read.
@@ -82,10 +81,12 @@ class Gltf:
     def __init__(self, content: Any, buffer: bytes | None, path: Path, notes: list[str]) -> None:
         self.content, self.buffer, self.path, self.notes = content, buffer, path, notes
         self.known: dict[Any, Any] = {}  # buffers, materials and primitives that were read
+        nodes = enumerate(content.get("nodes", []))
+        self.parents = {child: k for k, node in nodes for child in node.get("children", [])}
 
-    def read(self) -> tuple[Placed, list[tuple[str, dict]]]:
+    def read(self) -> Mesh:
         """As for ``read_gltf``."""
-        used = dict.fromkeys([*self.content.get("extensionsUsed", []), *extensions_in(self.content)])
+        used = self.content.get("extensionsUsed", [])
         for name in self.content.get("extensionsRequired", []):
             if name not in READ:
                 raise InputError(f"it needs the extension {name}, which is not read: export it without")
@@ -101,7 +102,7 @@ class Gltf:
                 known = extensions(self.content)[LIGHTS]["lights"]
                 lights += light_of(known, extensions(node)[LIGHTS]["light"], matrix, self.notes)
         self.notes[:] = dict.fromkeys(self.notes)
-        return placed, lights
+        return replace(assemble(placed, str(self.path)), lights=lights)
 
     def entry(self, name: str, number: Any) -> Any:
         """The entry of a list of the file, by its number."""
@@ -174,14 +175,8 @@ class Gltf:
 
     def to_world(self, number: int) -> np.ndarray:
         """(4, 4) from a node to the world."""
-        if "parents" not in self.known:
-            nodes = enumerate(self.content.get("nodes", []))
-            self.known["parents"] = {child: k for k, node in nodes for child in node.get("children", [])}
-        matrix, above = _matrix(self.entry("nodes", number)), [number]
-        while (parent := self.known["parents"].get(above[-1])) is not None and parent not in above:
-            above.append(parent)
-            matrix = _matrix(self.entry("nodes", parent)) @ matrix
-        return matrix
+        matrix = _matrix(self.entry("nodes", number))
+        return self.to_world(self.parents[number]) @ matrix if number in self.parents else matrix
 
     def instances(self, node: dict, matrix: np.ndarray) -> list[np.ndarray]:
         """The (4, 4) matrices of the places of a node's mesh; that of a skin is where its joints are."""
@@ -337,15 +332,6 @@ class Gltf:
             alpha = alpha if pixels.shape[2] == 4 else np.ones_like(rgb)
             self.known["picture", number] = tuple(Texture(one, wrap) for one in (colours, rgb, alpha))
         return self.known["picture", number]
-
-
-def extensions_in(part: Any) -> Iterator[str]:
-    """The names of all extensions within a part of a file."""
-    if isinstance(part, dict):
-        yield from extensions(part)
-    if isinstance(part, (dict, list)):
-        for inner in part.values() if isinstance(part, dict) else part:
-            yield from extensions_in(inner)
 
 
 def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:

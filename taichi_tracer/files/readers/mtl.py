@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,14 +17,14 @@ COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"
 REFLECTANCES = ("Kd", "Ks", "F0", "Km")
 NOT_NEGATIVE = (*COLORS, "alpha_x", "alpha_y")
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
-# Options of a texture, and the largest number of their values; those with several have numbers.
-OPTIONS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1}
-OPTIONS |= {"-mm": 2, "-o": 3, "-s": 3, "-t": 3}
+# An option of a texture, with its values: on, off, the letter of a channel, or up to three numbers.
+VALUE = r"(?:on|off|[rgbmlz]|[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(?:\s+|$)"
+OPTION = re.compile(rf"(-[a-z]+)\s+((?:{VALUE}){{1,3}})", re.IGNORECASE)
 TEXTURES = {"map_kd": "map_Kd", "map_ks": "map_Ks", "map_d": "map_d"}  # keywords, and members of ``Material``
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 
 
-def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Material]:
+def read_mtl(path: str | Path, notes: list[str]) -> dict[str, Material]:
     """Name → material for every ``newmtl``. If two have the same name, the last one is used.
 
     Args:
@@ -64,32 +65,25 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
             maps.setdefault(words[0], line_number)
         elif name is not None and (extra := _numbers_of(words[1:])):
             materials[name] = replace(materials[name], extra={**materials[name].extra, keyword: extra})
-    if notes is not None:
-        notes += [f"{text}: the surface reflects more than it receives" for text in above.values()]
-        notes += [f"{path}:{line}: {word} is not used, here and in later lines" for word, line in maps.items()]
+    notes += [f"{text}: the surface reflects more than it receives" for text in above.values()]
+    notes += [f"{path}:{line}: {word} is not used, here and in later lines" for word, line in maps.items()]
     return materials
 
 
-def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: dict) -> Texture | None:
+def _texture(line: str, mtl: Path, where: str, notes: list[str], images: dict) -> Texture | None:
     """The texture of a line ``map_Kd [options] file``; None, with a note, if it cannot be read."""
     keyword, rest = line.split(None, 1) if len(line.split()) > 1 else (line.strip(), "")
     wrap, ignored, is_opacity = "repeat", [], keyword.lower() == "map_d"
-    while (words := rest.split(None, 1)) and words[0] in OPTIONS:
-        option, rest, values = words[0], "".join(words[1:]), []
-        while len(values) < OPTIONS[option] and (words := rest.split(None, 1)):
-            if OPTIONS[option] > 1 and not _numbers_of(words[:1]):
-                break
-            values.append(words[0])
-            rest = "".join(words[1:])
-        if option == "-clamp":
-            wrap = "clamp" if values == ["on"] else "repeat"
+    while option := OPTION.match(rest):
+        rest = rest[option.end() :]
+        if option[1] == "-clamp":
+            wrap = "clamp" if option[2].strip() == "on" else "repeat"
         else:
-            ignored.append(option)
+            ignored.append(option[1])
     names = [name.replace("\\", "/") for name in names_in(rest)]
     file = next((name for name in names if os.path.isfile(mtl.parent / name)), names[0])
-    messages = [] if notes is None else notes
     if ignored:
-        messages.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
+        notes.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
     key = file, wrap, is_opacity
     if key not in images:
         try:
@@ -97,8 +91,8 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
                 raise InputError("the name of a file is missing")
             pixels = read_opacity(mtl.parent / file) if is_opacity else read_image(mtl.parent / file, srgb=True)
             images[key] = Texture(np.asarray(pixels), (wrap, wrap), file)
-        except (InputError, MissingFileError, OSError) as error:
-            messages.append(f"{where}: the texture is not used: {error}")
+        except (InputError, OSError) as error:
+            notes.append(f"{where}: the texture is not used: {error}")
             images[key] = None
     return images[key]
 
@@ -126,10 +120,9 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
 def _numbers_of(words: list[str]) -> tuple[float, ...]:
     """The numbers of an unknown key, which a BRDF may need; empty if a value is not a finite number."""
     try:
-        values = tuple(float(word) for word in words)
-    except ValueError:
+        return tuple(_finite(word, "") for word in words)
+    except InputError:
         return ()
-    return values if all(math.isfinite(value) for value in values) else ()
 
 
 def _finite(word: str, where: str) -> float:

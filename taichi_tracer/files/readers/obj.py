@@ -6,7 +6,7 @@ is slower, but it finds the line of the error.
 
 import io
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,11 +56,11 @@ def read_obj(path: str | Path) -> Mesh:
     directions = lines.take(b"vn").without_comments()
     faces = lines.take(b"f").without_comments()
 
-    polygons = _polygons_at_once(faces) or _polygons_one_by_one(faces, path)
-    vertex_ids = _resolve(polygons.vertex, polygons, faces, positions, "vertex", path)
+    sizes, ids = _polygons_at_once(faces) or _polygons_one_by_one(faces, path)
+    vertex_ids = _resolve(ids[:, 0], sizes, faces, positions, "vertex", path)
     vertices = _rows(positions, path)
-    corners, polygon_of = triangulate(vertices, polygons.sizes, vertex_ids)
-    normal_ids = _resolve(polygons.normal, polygons, faces, directions, "normal", path)
+    corners, polygon_of = triangulate(vertices, sizes, vertex_ids)
+    normal_ids = _resolve(ids[:, 2], sizes, faces, directions, "normal", path)
     notes: list[str] = []
     normals = _rows(directions, path)
     _leave_out_wild(normals, normal_ids, path, notes)
@@ -81,7 +81,7 @@ def read_obj(path: str | Path) -> Mesh:
         source=str(path),
         notes=notes,
         corner_color=None if colors is None else colors[vertex_ids[corners]],
-        corner_uv=_coordinates(lines, polygons, faces, path)[corners] if has_textures else None,
+        corner_uv=_coordinates(lines, ids[:, 1], sizes, faces, path)[corners] if has_textures else None,
     )
 
 
@@ -109,12 +109,11 @@ def _colors(positions: KeywordLines, path: Path, notes: list[str]) -> np.ndarray
     return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
 
 
-def _coordinates(lines: Lines, polygons: "Polygons", faces: KeywordLines, path: Path) -> np.ndarray:
+def _coordinates(lines: Lines, ids: np.ndarray, sizes: np.ndarray, faces: KeywordLines, path: Path) -> np.ndarray:
     """(corners, 2) the texture coordinates of all corners of all polygons; 0 for a corner that has none."""
     block = lines.take(b"vt").without_comments()
-    ids = _resolve(polygons.texture, polygons, faces, block, "texture coordinate", path)
     rows = np.concatenate([_rows(block, path, "u v"), np.zeros((1, 2))])  # the last one for −1
-    return rows[ids]
+    return rows[_resolve(ids, sizes, faces, block, "texture coordinate", path)]
 
 
 def _read(path: Path) -> bytes:
@@ -155,53 +154,35 @@ def _table(block: KeywordLines, count: int) -> np.ndarray | None:
     return rows if len(rows) == len(block) else None
 
 
-@dataclass(frozen=True)
-class Polygons:
-    """All corners of all faces in one list, with the indices of the file.
+def _polygons_at_once(block: KeywordLines) -> tuple[np.ndarray, np.ndarray] | None:
+    """(P,) the numbers of corners of all faces; and (C, 3) of each corner, as the file counts them, 0 for none: vertex,
+    texture coordinate and normal. None if a line is not a face.
 
-    Attributes:
-        sizes: (P,) the number of corners of each face.
-        vertex, normal, texture: (sum of sizes,) int64 indices: positive from 1 on, negative from the end, 0 for none.
+    A number belongs to the corner that begins after the last blank. How many slashes stand before it in its corner says
+    what it is.
     """
-
-    sizes: np.ndarray
-    vertex: np.ndarray
-    normal: np.ndarray
-    texture: np.ndarray
-
-
-def _polygons_at_once(block: KeywordLines) -> Polygons | None:
-    """All polygons; None if a line is not a face. A number belongs to the corner that begins after the last blank.
-
-    How many slashes stand before it in its corner says what it is: 0 a vertex, 1 a texture coordinate, 2 a normal.
-    """
-    if len(block) == 0:
-        return None
     kinds = block.text.translate(KINDS)
     text = np.frombuffer(kinds, np.uint8)
     is_digit = text == DIGIT
     starts = 1 + np.flatnonzero(is_digit[1:] > is_digit[:-1])  # of numbers; every line begins with a blank
     numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
-    if numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
+    if not kinds or numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
         return None
     follows = text[starts - 1] == SLASH
     begins = np.flatnonzero(~follows)
     sizes = np.diff(np.searchsorted(starts[begins], np.flatnonzero(text == NEWLINE)), prepend=0)
-    if sizes.min() < 3 or not numbers.all():
-        return None
-    if b"/" not in kinds:  # v only, which is quicker
-        return Polygons(sizes, numbers, *np.zeros((2, len(numbers)), np.int64))
     slashes = np.cumsum(np.add(follows, follows & (text[starts - 2] == SLASH), dtype=np.int32))
     corner = np.cumsum(~follows) - 1
     place = slashes - slashes[begins][corner]
-    if place.max() > 2:
+    if sizes.min() < 3 or not numbers.all() or place.max() > 2:
         return None
-    ids = np.zeros(3 * len(begins), np.int64)
-    ids[3 * corner + place] = numbers
-    return Polygons(sizes, ids[::3], ids[2::3], ids[1::3])
+    corners = np.zeros((len(begins), 3), np.int64)
+    corners[corner, place] = numbers
+    return sizes, corners
 
 
-def _polygons_one_by_one(block: KeywordLines, path: Path) -> Polygons:
+def _polygons_one_by_one(block: KeywordLines, path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The same; the error names the line that is not a face."""
     sizes, corners = [], []
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
         where, words = f"{path}:{line_number}", line.split()
@@ -209,40 +190,33 @@ def _polygons_one_by_one(block: KeywordLines, path: Path) -> Polygons:
             raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
         sizes.append(len(words))
         corners += [_corner(word, where) for word in words]
-    return Polygons(np.array(sizes, np.int64), *np.array(corners, np.int64).reshape(-1, 3).T)
+    return np.array(sizes, np.int64), np.array(corners, np.int64).reshape(-1, 3)
 
 
-def _corner(word: str, where: str) -> tuple[int, int, int]:
-    """The indices of vertex, normal and texture coordinate of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for none."""
+def _corner(word: str, where: str) -> list[int]:
+    """The indices of vertex, texture coordinate and normal of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for none."""
     match = CORNER.fullmatch(word)
     if match is None:
         raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn")
-    vertex, texture, normal = (
-        None if part is None else max(INT64.min, min(INT64.max, int(part))) for part in match.groups()
-    )
-    if 0 in (vertex, texture, normal):
+    if any(part is not None and int(part) == 0 for part in match.groups()):
         raise InputError(f"{where}: index 0 in {word!r}: OBJ indices start at 1")
-    return vertex, normal or 0, texture or 0
+    return [max(INT64.min, min(INT64.max, int(part or 0))) for part in match.groups()]
 
 
 def _resolve(
-    ids: np.ndarray, polygons: Polygons, faces: KeywordLines, of: KeywordLines, what: str, path: Path
+    ids: np.ndarray, sizes: np.ndarray, faces: KeywordLines, of: KeywordLines, what: str, path: Path
 ) -> np.ndarray:
     """int32 ids that count from 0, from the indices of the file; −1 for none."""
-    count = len(of)
-    if ids.min(initial=0) >= 0 and ids.max(initial=0) <= count:
-        return (ids - 1).astype(np.int32)
-    before = np.repeat(np.searchsorted(of.ids, faces.ids), polygons.sizes)
+    count, before = len(of), np.zeros(1, int)
+    if ids.min(initial=0) < 0:
+        before = np.repeat(np.searchsorted(of.ids, faces.ids), sizes)
     resolved = np.where(ids < 0, before + ids, ids - 1)
     wrong = np.flatnonzero((ids > count) | ((ids < 0) & (resolved < 0)))
     if len(wrong) > 0:
-        ends = np.cumsum(polygons.sizes)
-        face = int(np.searchsorted(ends, wrong[0], side="right"))
-        word = faces.lines()[face].split()[wrong[0] - (ends[face] - polygons.sizes[face])]
+        index, line = ids[wrong[0]], faces.numbers[np.repeat(np.arange(len(sizes)), sizes)[wrong[0]]]
         plural = "vertices" if what == "vertex" else f"{what}s"
-        has = f"the file has {count} {plural}" if ids[wrong[0]] > 0 else f"{before[wrong[0]]} {plural} stand before it"
-        index = word.split("/")[("vertex", "texture coordinate", "normal").index(what)]
-        raise InputError(f"{path}:{faces.numbers[face]}: {what} index {index} is out of range ({has})")
+        has = f"the file has {count} {plural}" if index > 0 else f"{before[wrong[0]]} {plural} stand before it"
+        raise InputError(f"{path}:{line}: {what} index {index} is out of range ({has})")
     return resolved.astype(np.int32)
 
 
