@@ -17,13 +17,12 @@ probability P = E / V: see ``rare_light``.
 Nothing of this is compiled unless a scene has lamps, and mirrors or glass, and paths of two bounces or more.
 """
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.system import runtime
-from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, first_hits, follow, has_mirrors
+from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, follow, has_mirrors
 from taichi_tracer.unseen.rare_light import NONE, rows_of
 from taichi_tracer.unseen.small_lamps import area_of_pixel, corners_of, pixel_numbers, pixels_of, radiance_of, sees
 
@@ -86,7 +85,7 @@ def caustics(scene: Any, scene_data: Any, camera: Any, crop: tuple[int, ...], ma
         place, covered = pixels_of(camera, points), area_of_pixel(camera, points)
         number, is_inside = pixel_numbers(place, crop)
     shown = np.flatnonzero(is_inside & (covered > 0))
-    shown = shown[sees(functools.partial(first_hits, scene), camera, place[shown], points[shown])]
+    shown = shown[sees(scene_data, camera, place[shown], points[shown])]
     end, of = lit[shown], lamp[ends.ray[lit[shown]]]
     light = power * ends.T[end] * ends.f_cos[end] / covered[shown]
     chance = light / (np.pi * ends.f_T[end] * radiance_of(scene_data)[of])

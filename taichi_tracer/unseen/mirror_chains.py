@@ -1,8 +1,7 @@
 """Follows rays over mirrors and glass, and says where they end: for ``caustics`` and ``mirrored_lamps``.
 
-One kernel is compiled for a scene that has lamps or suns, and mirrors or glass: it says what rays meet first, too.
-Lobes that are so narrow that directions from another density hardly ever fall into them count as mirrors: only samples
-of the BRDF find what they reflect.
+One kernel is compiled for a scene that has lamps or suns, and mirrors or glass. Lobes that are so narrow that hardly
+any direction from another density falls into them count as mirrors: only samples of the BRDF find what they reflect.
 """
 
 import functools
@@ -14,7 +13,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.materials import Material
-from taichi_tracer.ray import RayHits, ray_from, write_hit
+from taichi_tracer.ray import ray_from
 from taichi_tracer.system import runtime
 from taichi_tracer.system.parts import PARTS, replaced
 
@@ -55,7 +54,6 @@ RAYS = 1 << 16  # that are followed for each question
 MOST_MIRRORS = 8  # on the way of a ray
 OF_FEW_RAYS = 1.2  # times light of which only these rays are known
 NUMBERS = 11  # of what a ray has found: see ``_follow``
-NO_EYE = 0.0, 0.0, 1.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -107,28 +105,14 @@ def follow(scene: Any, origins: np.ndarray, directions: np.ndarray, camera: Any,
         most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
     """
     random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
-    to_world = camera.matrix()
+    to_world, dtype = camera.matrix(), runtime.dtype()
     eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
-    found, _ = _found(scene, origins, directions, random, min(most, MOST_MIRRORS), eye)
+    found = np.empty((len(origins), NUMBERS), dtype)
+    rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
+    _follow(scene, *rays, random, found, min(most, MOST_MIRRORS), np.array(eye, dtype))
     ray = np.flatnonzero(found[:, 7] > 0)
     end = found[ray].astype(np.float64)
     return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:11].T)
-
-
-def first_hits(scene: Any, origins: np.ndarray, directions: np.ndarray) -> RayHits:
-    """What rays meet first, (n, 3) each, as from ``SceneData.intersect``, by the kernel of ``follow``."""
-    return _found(scene, origins, directions, np.zeros((1, 1, 2), np.float32), 0, NO_EYE)[1]
-
-
-def _found(
-    scene: Any, origins: np.ndarray, directions: np.ndarray, random: np.ndarray, most: int, eye: Any
-) -> tuple[np.ndarray, RayHits]:
-    dtype, count = runtime.dtype(), len(origins)
-    found, (hits, reals, whole) = np.empty((count, NUMBERS), dtype), RayHits.of_memory(count, dtype)
-    rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
-    _follow(scene, *rays, random, found, reals, whole, most, np.array(eye, dtype))
-    hits.is_hit, hits.is_backfacing = hits.is_hit.astype(bool), hits.is_backfacing.astype(bool)
-    return found, hits
 
 
 @ti.kernel
@@ -138,15 +122,12 @@ def _follow(
     directions: ti.types.ndarray(ndim=2),
     random: ti.types.ndarray(ndim=3),
     found: ti.types.ndarray(ndim=2),
-    reals: ti.types.ndarray(ndim=1),
-    whole: ti.types.ndarray(ndim=1),
     most: ti.i32,
     eye: ti.types.ndarray(ndim=1),
 ):
     """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``.
 
-    T is 0 if no mirror was met. ``reals``, ``whole``: what is met first, see ``ray.write_hit``. ``eye``: where it is,
-    and 1; or the direction to it, and 0.
+    T is 0 if no mirror was met. ``eye``: where it is, and 1; or the direction to it, and 0.
     """
     for i in range(origins.shape[0]):
         ray = ray_from(origins, directions, i)
@@ -155,7 +136,6 @@ def _follow(
         for k in ti.static(range(NUMBERS)):
             found[i, k] = 0.0  # a GPU gets no zeros of an array that the kernel only writes to
         found[i, 8] = hit.material_id
-        write_hit(hit, i, origins.shape[0], reals, whole)
         while is_going:
             surface = scene.surface_at(ray, hit)
             is_mirror = surface.is_delta() or surface.material.Ns >= LIKE_MIRROR_FROM

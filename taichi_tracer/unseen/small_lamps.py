@@ -10,7 +10,6 @@ the lamp, and then nothing is added.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,15 +18,13 @@ from taichi_tracer.lights.choice import LampTable
 from taichi_tracer.unseen.rare_light import NONE, rows_of
 
 POINTS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])  # of a triangle
-Intersect = Callable[[np.ndarray, np.ndarray], Any]  # origins and directions, (n, 3) each, to what they meet first
 OFF = 1e-3  # of the distance: a ray that passes a lamp's point by more does not lead to it
 
 
-def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...], intersect: Intersect) -> np.ndarray:
+def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> np.ndarray:
     """Rows of the lamps that a view shows directly, and that are smaller than a pixel.
 
     Args:
-        intersect: finds what rays meet first, as ``SceneData.intersect`` does.
         crop: (x0, x1, y0, y1), the pixels of the picture.
     """
     table = scene_data.lamps.table
@@ -41,7 +38,10 @@ def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...], intersect: 
     if lamp.size == 0:
         return NONE
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
-    is_seen = meets(intersect, camera, places, to, table, np.repeat(lamp, len(POINTS))).reshape(-1, len(POINTS))
+    hits, leads, _ = look(scene_data, camera, places, to)
+    is_lamp = hits.triangle_id == np.repeat(table.ids[lamp], len(POINTS))
+    is_seen = hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & is_lamp
+    is_seen = is_seen.reshape(-1, len(POINTS))
     of_points = is_seen * area[lamp, None] / len(POINTS)
     chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
     light = of_points * radiance_of(scene_data)[lamp, None]
@@ -78,9 +78,7 @@ def pixel_numbers(places: np.ndarray, crop: tuple[int, ...]) -> tuple[np.ndarray
     return (at[..., 0] - x0) + (x1 - x0) * (at[..., 1] - y0), is_inside
 
 
-def look(
-    intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray
-) -> tuple[Any, np.ndarray, np.ndarray]:
+def look(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray]:
     """What the rays through places of the picture hit; whether each leads to its point; and how far that is.
 
     Args:
@@ -90,24 +88,12 @@ def look(
     origins, directions = camera.rays(place[:, 0], place[:, 1])
     along = ((points - origins) * directions).sum(axis=1)
     beside = np.linalg.norm(points - origins - along[:, None] * directions, axis=1)
-    return intersect(origins, directions), beside < OFF * abs(along), along
+    return scene_data.intersect(origins, directions), beside < OFF * abs(along), along
 
 
-def meets(
-    intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray, table: LampTable, lamp: np.ndarray
-) -> np.ndarray:
-    """(n,) bool: whether the ray through each place of the picture leads to its point, and meets the lamp there.
-
-    Args:
-        lamp: (n,) the numbers of the lamps.
-    """
-    hits, leads, _ = look(intersect, camera, pixel, points)
-    return hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & (hits.triangle_id == table.ids[lamp])
-
-
-def sees(intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
+def sees(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(n,) bool: whether the ray through each place of the picture meets its point, and nothing before it."""
-    hits, leads, along = look(intersect, camera, pixel, points)
+    hits, leads, along = look(scene_data, camera, pixel, points)
     return hits.is_hit & leads & (abs(hits.distance - along) < OFF * abs(along))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from taichi_tracer.environment import Environment
 from taichi_tracer.system.parts import replaced
 from taichi_tracer.unseen.rare_light import NONE, rows_of
-from taichi_tracer.unseen.small_lamps import Intersect, area_of_pixel, look, pixel_numbers, pixels_of
+from taichi_tracer.unseen.small_lamps import area_of_pixel, look, pixel_numbers, pixels_of
 
 NEAR = np.radians(10.0)  # wide enough that some rays are near, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
@@ -99,11 +99,11 @@ def suns_of(scene: Any) -> list[Sun]:
     return [Sun(light, *level) for level in levels_of(light.environment)]
 
 
-def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: Intersect) -> np.ndarray:
+def small_suns(suns: list[Sun], scene_data: Any, camera: Any, crop: tuple[int, ...]) -> np.ndarray:
     """Rows of the texels of suns that a view shows directly, and that are smaller than a pixel.
 
     Args:
-        intersect, crop: as for ``small_lamps``.
+        crop: (x0, x1, y0, y1), the pixels of the picture.
     """
     if camera.is_parallel or not suns:
         return NONE
@@ -118,6 +118,6 @@ def small_suns(suns: list[Sun], camera: Any, crop: tuple[int, ...], intersect: I
     shown = np.flatnonzero(is_inside & (chance < 1))
     if shown.size == 0:
         return NONE
-    hits, leads, _ = look(intersect, camera, places[shown], points[shown])
+    hits, leads, _ = look(scene_data, camera, places[shown], points[shown])
     shown = shown[leads & ~hits.is_hit]
     return rows_of(number[shown], chance[shown], chance[shown] * radiance[shown])

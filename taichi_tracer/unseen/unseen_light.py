@@ -6,13 +6,12 @@ sample of pixel i finds it with the probability P, and it adds E to the pixel on
 these numbers is added to the upper end of the error.
 """
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from taichi_tracer.unseen.caustics import caustics, has_caustics
-from taichi_tracer.unseen.mirror_chains import first_hits, has_mirrors
+from taichi_tracer.unseen.mirror_chains import has_mirrors
 from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.rare_light import of_kinds
 from taichi_tracer.unseen.small_lamps import small_lamps
@@ -50,13 +49,11 @@ class UnseenLight:
         renderer = self.renderer
         scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
         kernel_scene = renderer.kernel_scene()
-        is_mirroring = has_mirrors(kernel_scene)
-        intersect = functools.partial(first_hits, kernel_scene) if is_mirroring else scene.intersect
-        found = [small_lamps(scene, camera, crop, intersect), small_suns(self._suns, camera, crop, intersect)]
+        found = [small_lamps(scene, camera, crop), small_suns(self._suns, scene, camera, crop)]
         settings = getattr(renderer.active, "settings", None)
         bounces = 1 if settings is None else int(settings["max_bounces"])
         view = kernel_scene, scene, camera, crop, bounces
-        if is_mirroring:
+        if has_mirrors(kernel_scene):
             found.append(mirrored_lamps(*view, self._suns))
         if has_caustics(kernel_scene, bounces):
             found.append(caustics(*view))

@@ -51,7 +51,7 @@ def scene(*lamps, before=None, spheres=(), view=VIEW, **options):
 
 def found(made, crop=(0, SIZE, 0, SIZE), **view):
     """The small lamps of a view."""
-    return small_lamps(made, make_camera(SIZE, SIZE, **{**VIEW, **view}), crop, made.intersect)
+    return small_lamps(made, make_camera(SIZE, SIZE, **{**VIEW, **view}), crop)
 
 
 def u(rows, samples, pixels=SIZE * SIZE):

@@ -70,7 +70,7 @@ def test_a_view_misses_a_sun_that_is_smaller_than_its_pixel():
     d = direction_of((SUN[1] + 0.5) / WIDTH, (SUN[0] + 0.5) / HEIGHT)
     view = {"eye": (0, 3, 0), "at": tuple(np.array([0, 3, 0]) + d), "up": (0, 1, 0), "fov": 60.0}
     camera = make_camera(9, 9, **view)
-    found = small_suns(suns, camera, (0, 9, 0, 9), scene.intersect)
+    found = small_suns(suns, scene, camera, (0, 9, 0, 9))
     pixels, chance, light, _ = found.T
     assert list(pixels) == [40]
     pixel = (2 * np.tan(np.radians(30)) / 9) ** 2  # the solid angle of the middle pixel
@@ -78,4 +78,4 @@ def test_a_view_misses_a_sun_that_is_smaller_than_its_pixel():
     assert light[0] == pytest.approx(chance[0] * 1e4)
     below = make_camera(9, 9, **(view | {"eye": (0, -3, 0), "at": tuple(np.array([0, -3, 0]) + d)}))
     for other, crop in ((camera, (0, 4, 0, 9)), (below, (0, 9, 0, 9)), (make_camera(900, 900, **view), (0, 900) * 2)):
-        assert len(small_suns(suns, other, crop, scene.intersect)) == 0
+        assert len(small_suns(suns, scene, other, crop)) == 0
