@@ -7,7 +7,10 @@ each expression, it writes out the lines that an error message would show, with 
 import ast
 import functools
 import inspect
+import linecache
+import re
 import textwrap
+import types
 from collections.abc import Callable
 from typing import Any
 
@@ -30,10 +33,26 @@ contexts: list[Context] = []
 
 
 @functools.cache
-def source_of(function: Callable) -> tuple[str, list[str], int]:
-    """The file of a function, its lines, and the number of the first."""
-    lines, first = kernel_impl.getsourcelines(function)
-    return inspect.unwrap(function).__code__.co_filename, [line.rstrip().expandtabs(4) for line in lines], first
+def source_of(function: Callable, is_plain: bool = True) -> tuple[str, list[str], int]:
+    """The file of a function, its lines, and the number of the first.
+
+    Args:
+        is_plain: whether its lines are those down to the next that begins as far to the left as ``def``. They are found
+            in a tenth of the time that ``inspect`` takes, which knows strings that begin there, too.
+    """
+    code = inspect.unwrap(function).__code__
+    lines, first = (own_lines(code), code.co_firstlineno) if is_plain else kernel_impl.getsourcelines(function)
+    return code.co_filename, [line.rstrip().expandtabs(4) for line in lines], first
+
+
+def own_lines(code: types.CodeType) -> list[str]:
+    """The lines of a plain function."""
+    linecache.checkcache(code.co_filename)
+    lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 :]
+    head = next((line for line in lines if line.lstrip().startswith("def ")), "")
+    left = re.compile(rf"\s{{0,{len(head) - len(head.lstrip())}}}[^\s#)]")
+    end = (k for k, line in enumerate(lines) if k > lines.index(head) and left.match(line))
+    return lines[: next(end, None)]
 
 
 def finding_once(_usual: Callable) -> Callable:
@@ -43,7 +62,11 @@ def finding_once(_usual: Callable) -> Callable:
         self: Any, excluded_parameters: Any = (), is_kernel: bool = True, args: Any = None, **more: Any
     ) -> tuple[ast.Module, Context]:
         file, lines, first = source_of(self.func)
-        tree: Any = ast.parse(textwrap.dedent("\n".join(lines)))
+        try:
+            tree: Any = ast.parse(textwrap.dedent("\n".join(lines)))
+        except SyntaxError:
+            file, lines, first = source_of(self.func, is_plain=False)
+            tree = ast.parse(textwrap.dedent("\n".join(lines)))
         tree.body[0].decorator_list = []
         if any("**" in line for line in lines):
             part_powers(tree)
