@@ -36,8 +36,7 @@ def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
     args = make_parser().parse_args(["render", "scene.xml", *words])
     request = render_of(args)
-    places = paths_of(request, args)
-    return request.pictures, [str(path) for views in places for place in views for path in place.pictures]
+    return request.pictures, [str(path) for files in paths_of(request, args) for path in files]
 
 
 def test_options_win(scene):

@@ -20,7 +20,7 @@ class Watched:
     """A session without a renderer, which has one frame."""
 
     def __init__(self):
-        self.events, self.is_over, self.came = [], False, threading.Event()
+        self.events, self.came = [], threading.Event()
 
     def post(self, event):
         self.events.append(checked(event))
@@ -41,7 +41,6 @@ class Watched:
 def server():
     found = open_server(Watched())
     yield found
-    found.session.is_over = True
     found.close()
 
 

@@ -10,6 +10,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.page import session as module
+from taichi_tracer.apps.page.channel import NO_FRAME
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.settings import RenderSettings
@@ -188,7 +189,7 @@ def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     assert "away: " in told["place"]
     assert frame.number > before.number
     assert frame.news_after(before)[1] == b""
-    assert frame.news_after(None)[1] == frame.data == before.data
+    assert frame.news_after(NO_FRAME)[1] == frame.data == before.data
     session.post({"type": "leave"})
     assert settle(session).state["pointed"] is None
     session.post({"type": "drag", "dx": 0.1, "dy": 0.0})

@@ -5,7 +5,7 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, encode_png, save_image
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words
 from taichi_tracer.picture.aovs import channel_names, find_aovs
-from taichi_tracer.picture.denoised import SAMPLER, Changed, check_clamp, denoiser, no_halves
+from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -110,33 +110,25 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
     """
     if args.cluster is not None and elsewhere is None:
         return load(f"{CLUSTER}:render")(args)
-    watch = stopwatch.start(args.started) if args.profile else None
-    try:
-        return run_watched(args, elsewhere, watch)
-    finally:
-        stopwatch.stop()
-
-
-def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stopwatch.Stopwatch | None) -> int:
-    """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
     paths = paths_of(request, args)
-    pictures = [path for views in paths for places in views for path in places.pictures]
-    check_single(args, len(pictures))
-    if watch is not None:
-        watch.charge(stopwatch.IMPORTS)
-    for picture, views in zip(request.pictures, paths, strict=True):
-        note_linear(picture.display, [path for places in views for path in places.pictures])
+    check_single(args, len(paths) * max(1, len(request.settings.bounces)))
+    note_linear(request.pictures[0].display, [path for files in paths for path in files])
+    if args.profile:
+        from taichi_tracer.studies.profile import described
+
+        watch = stopwatch.start(args.started)
     scene, before = load_scene(request, args.started)
-    for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
+    following = iter(paths)
+    for i, picture in enumerate(request.pictures):
         made = {}
-        for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
+        for j, ((renderer_class, integrator), files) in enumerate(zip(picture.views, following, strict=False)):
             if renderer_class not in made:
                 with stage(stopwatch.FILM):
                     made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
             shown = []
-            for path, bounces in zip(places.pictures, request.settings.bounces or (None,), strict=True):
+            for path, bounces in zip(files, request.settings.bounces or (None,), strict=False):
                 if bounces is not None:
                     renderer.bounces = bounces
                 render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
@@ -147,17 +139,14 @@ def run_watched(args: Namespace, elsewhere: RendersElsewhere | None, watch: stop
                     of = "" if args.spp is None else f" of {args.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
                     return interruption.exit_code
-                if watch is not None:
-                    stopwatch.stop()
-                    from taichi_tracer.studies.profile import described
-
-                    print(described(watch, compiling.kernels(watch.started)), flush=True)
-                    continue
                 if args.against is not None:
                     write_against(renderer, picture, request, path)
                 shown.append(renderer.film.own_pixels(renderer.image()))
-            if places.sheet is not None:
-                write_sheet(shown, request.settings.bounces, places.sheet, picture)
+            if len(shown) > 1:
+                write_sheet(shown, request.settings.bounces, files[-1], picture)
+    if args.profile:
+        stopwatch.stop()
+        print(described(watch, compiling.kernels(watch.started)), flush=True)
     return 0
 
 
@@ -168,8 +157,6 @@ def check_single(args: Namespace, count: int) -> None:
             raise InputError(f"--{name} belongs to one picture, not to {count}: ask for one")
     if args.checkpoint is not None:
         check_place(args.checkpoint)
-    if args.profile:
-        from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
 
 
 def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> None:
@@ -186,7 +173,8 @@ def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Requ
         expected = rendered()
     difference = np.abs(np.asarray(renderer.image()) - expected)
     factor = 1 / max(float(difference.max()), LEAST_SHOWN)
-    place = written_bytes(against_path(path), encode_png(difference * factor, srgb=False))
+    place = path.with_name(f"{path.stem}_against_reference.png")
+    place = written_bytes(place, encode_png(difference * factor, srgb=False))
     what = f"the difference from the reference is {described_difference(difference)}"
     print(f"{place}: {what}; it is shown {factor:.3g} times as bright", flush=True)
     if difference.max() > VISIBLE:
@@ -200,11 +188,6 @@ def described_difference(difference: np.ndarray) -> str:
     differs = (difference > VISIBLE).any(axis=-1)
     of = f"{differs.sum():,} of {differs.size:,} pixels differ by more than 1/255"
     return f"at most {difference.max():.3g}, {difference.mean():.3g} on average; {of}"
-
-
-def against_path(picture: Path) -> Path:
-    """The picture of the difference that belongs to a picture."""
-    return picture.with_name(f"{picture.stem}_against_reference.png")
 
 
 def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: Picture) -> None:
@@ -241,7 +224,8 @@ def make_picture(
         incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
     if renderer.samples > 0:
         with stage(stopwatch.WRITE, waits=True):
-            changed = changed_picture(renderer, args)
+            changed = renderer.denoised() if args.denoise else None
+            changed = changed if args.clamp is None else renderer.clamped(args.clamp)
             image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
             encoding = encoding_of(renderer, picture)
             place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
@@ -256,13 +240,6 @@ def make_picture(
             note(text)
     if incomplete is not None:
         raise incomplete
-
-
-def changed_picture(renderer: ProgressiveRenderer, args: Namespace) -> Changed | None:
-    """What is written in place of the picture, with its error; None where the picture is."""
-    if args.clamp is not None:
-        return renderer.clamped(args.clamp)
-    return renderer.denoised() if args.denoise else None
 
 
 def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, Any]:
@@ -402,22 +379,9 @@ def check_pictures_by_bounce(request: Request) -> None:
 # ── where the pictures go ──
 
 
-@dataclass(frozen=True)
-class Places:
-    """Where the pictures of one view go.
-
-    Attributes:
-        pictures: one path, or one for each member of ``RenderSettings.bounces``.
-        sheet: where a contact sheet of them goes, or None.
-    """
-
-    pictures: tuple[Path, ...]
-    sheet: Path | None = None
-
-
-def paths_of(request: Request, args: Namespace) -> list[list[Places]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
-    asked, output, bounces = request.pictures, args.output, request.settings.bounces
+def paths_of(request: Request, args: Namespace) -> list[list[Path]]:
+    """The files of each view of each picture: where ``-o`` says, or the scene file; else in ``PICTURE_FOLDER``."""
+    asked, output = request.pictures, args.output
     channels = channel_names(find_aovs(args.aov))
     names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
     if output is None and all(filename is not None for filename, _ in names):
@@ -432,24 +396,22 @@ def paths_of(request: Request, args: Namespace) -> list[list[Places]]:
                 path.parent / Path(path.name if filename is None else filename).name
                 for path, (filename, _) in zip(paths, names, strict=True)
             ]
-    found = [places_of(path, bounces, output) for path in distinct(paths)]
-    for places in found:
-        for path in places.pictures:
-            check_writable(path, channels)
-        if places.sheet is not None:
-            check_writable(places.sheet)
-    following = iter(found)
-    return [[next(following) for _ in picture.views] for picture in asked]
+    paths = distinct(paths)
+    for path in paths:
+        check_writable(path, channels)
+    found = [files_of(path, request.settings.bounces, output) for path in paths]
+    for files in found:
+        for path in files:
+            check_place(path)
+    return found
 
 
-def places_of(path: Path, bounces: Sequence, output: str | None) -> Places:
-    """The place of a view's picture; or of its pictures by bounce, which have the number after the name."""
-    if not bounces:
-        return Places((path,))
-    pictures = tuple(path.with_stem(f"{path.stem}_bounce_{name_of_bounces(one)}") for one in bounces)
-    if len(pictures) == 1:
-        return Places((path,) if output is not None and Path(output) == path else pictures)
-    return Places(pictures, path.with_name(f"{path.stem}_bounces.png"))
+def files_of(path: Path, bounces: Sequence, output: str | None) -> list[Path]:
+    """The file of a view's picture; or those of its pictures by bounce and, if there are several, of their sheet."""
+    if not bounces or (len(bounces) == 1 and output is not None and Path(output) == path):
+        return [path]
+    pictures = [path.with_stem(f"{path.stem}_bounce_{name_of_bounces(one)}") for one in bounces]
+    return pictures if len(pictures) == 1 else [*pictures, path.with_name(f"{path.stem}_bounces.png")]
 
 
 def distinct(paths: list[Path]) -> list[Path]:
@@ -465,7 +427,7 @@ def distinct(paths: list[Path]) -> list[Path]:
 
 
 def output_paths(output: str | None, scene: str, names: list[str], extension: str = ".png") -> list[Path]:
-    """Where each view goes, known to be writable before any work is done.
+    """Where each view goes.
 
     Args:
         output: a file, a folder, or None for ``PICTURE_FOLDER``. Folders are made.
@@ -473,7 +435,7 @@ def output_paths(output: str | None, scene: str, names: list[str], extension: st
         names: of the views.
 
     Raises:
-        InputError: one file for several views, or a place that cannot be written.
+        InputError: one file for several views, or a folder that cannot be made.
     """
     folder = Path(PICTURE_FOLDER if output is None else output)
     is_folder = output is None or output.endswith(("/", "\\")) or folder.is_dir()
@@ -481,13 +443,10 @@ def output_paths(output: str | None, scene: str, names: list[str], extension: st
         if folder.suffix != "":
             raise InputError(f"-o {output} is one file for {len(names)} views: give a folder, such as renders/")
         is_folder = True
-    paths = [folder]
-    if is_folder:
-        make_folder(folder, f"-o {output}")
-        paths = [folder / f"{Path(scene).stem}_{name}{extension}" for name in names]
-    for path in paths:
-        check_writable(path)
-    return paths
+    if not is_folder:
+        return [folder]
+    make_folder(folder, f"-o {output}")
+    return [folder / f"{Path(scene).stem}_{name}{extension}" for name in names]
 
 
 def note_linear(display: Display, paths: Sequence[Path]) -> None:

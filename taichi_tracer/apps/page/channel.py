@@ -7,7 +7,6 @@ threads. The others ``post`` events and wait for frames.
 
 import io
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,7 +30,6 @@ MOST_TEXT = 200  # characters of a name
 FAR = -10.0, 10.0  # pictures: farther than any pointer goes between two events
 PIXEL = 0, 1 << 16
 
-OF_HOSTS = {"ack", "save"}  # what the host of the page answers, and not the session
 # Type of an event → its members, each with its rule, see ``fits``.
 EVENTS: dict[str, dict[str, Any]] = {
     "key": {"key": KEYS, "down": bool},
@@ -51,8 +49,8 @@ EVENTS: dict[str, dict[str, Any]] = {
     "leave": {},
     "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
     "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
-    "split": {"mode": str},
-    "equal": {"by": str},
+    "split": {"mode": ("off", "sides", "difference")},
+    "equal": {"by": ("samples", "seconds")},
     "side": {"number": (0, 1)},
     "save": {"kind": ("png", "exr")},
     "ack": {"id": (0, 1 << 53)},
@@ -115,11 +113,14 @@ class Frame:
     state: dict[str, Any]
     details: dict[str, Any]
 
-    def news_after(self, former: "Frame | None") -> tuple[dict[str, Any], bytes]:
+    def news_after(self, former: "Frame") -> tuple[dict[str, Any], bytes]:
         """The state, details and file for a page that has a former frame: details and file only if they are new."""
-        details = {} if former is not None and former.details is self.details else self.details
-        data = b"" if former is not None and former.data is self.data else self.data
+        details = {} if former.details is self.details else self.details
+        data = b"" if former.data is self.data else self.data
         return {**self.state, **details, "id": self.number, "kind": self.kind, "lost": ""}, data
+
+
+NO_FRAME = Frame(0, "", b"", {}, {})  # before the first one
 
 
 def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
@@ -184,16 +185,18 @@ class Channel:
 
     Args:
         now: the clock, in seconds.
+
+    Attributes:
+        is_asked: whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones arises.
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
-        self.is_over = False
-        self._events: deque[Event] = deque()
+        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
         self._tasks: deque[Callable[[], object]] = deque()
         self._lock = threading.Condition()
-        self._frame: Frame | None = None
-        self._waiting, self._polls = 0, False
+        self._frame = NO_FRAME
+        self.is_asked = False
         self._last_wait = self.now()
 
     def post(self, event: Any) -> None:
@@ -202,11 +205,8 @@ class Channel:
         Raises:
             InputError: it is malformed; see ``checked``.
         """
-        kind, members = checked(event)
         with self._lock:
-            if len(self._events) >= MOST_EVENTS:
-                self._events.popleft()
-            self._events.append((kind, members))
+            self._events.append(checked(event))
             self._lock.notify_all()
 
     def later(self, task: Callable[[], object]) -> None:
@@ -216,42 +216,24 @@ class Channel:
             self._lock.notify_all()
 
     def wait_for_frame(self, since: int, patience: float) -> Frame | None:
-        """The newest frame if it is newer than ``since``; None if none comes in time, or the session is over."""
-        end = time.monotonic() + patience
+        """The newest frame if it is newer than ``since``; None if none comes in time."""
+        self.watch()
+        self.ask()
         with self._lock:
-            self._waiting += 1
-            self._lock.notify_all()
-            try:
-                while not self.is_over:
-                    self._last_wait = self.now()
-                    if (found := self.newest(since)) is not None:
-                        return found
-                    left = end - time.monotonic()
-                    if left <= 0:
-                        return None
-                    self._lock.wait(min(left, 1.0))
-                return None
-            finally:
-                self._waiting -= 1
-                self._last_wait = self.now()
+            return self._lock.wait_for(lambda: self.newest(since), patience)
 
     def newest(self, since: int) -> Frame | None:
         """The newest frame if it is newer than ``since``."""
-        with self._lock:
-            return self._frame if self._frame is not None and self._frame.number > since else None
+        return self._frame if self._frame.number > since else None
 
     def watch(self) -> None:
-        """Note that somebody watches, who does not wait for frames in a thread."""
+        """Note that somebody watches."""
         self._last_wait = self.now()
 
     def ask(self) -> None:
-        """Note that somebody fetches the next frame, without a thread that waits for it."""
-        self._polls = True
-
-    def close(self) -> None:
-        """Let every thread that waits go on."""
+        """Note that somebody takes the next frame at once."""
         with self._lock:
-            self.is_over = True
+            self.is_asked = True
             self._lock.notify_all()
 
     def take_post(self) -> tuple[list[Event], int]:
@@ -268,46 +250,42 @@ class Channel:
         """Give a frame to everybody who waits for one."""
         with self._lock:
             self._frame = frame
-            self._polls = False
+            self.is_asked = False
             self._lock.notify_all()
 
     @property
     def is_watched(self) -> bool:
         """Whether anybody has waited for a frame lately."""
-        return self._waiting > 0 or self.now() - self._last_wait < FORGOTTEN
-
-    @property
-    def is_asked(self) -> bool:
-        """Whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones can arise."""
-        return self._waiting > 0 or self._polls
+        return self.now() - self._last_wait < FORGOTTEN
 
 
 class Watcher:
     """A page that watches.
 
     Attributes:
-        last: the frame that was sent last, or None. shown: the number of the last one that the page shows.
+        last: the frame that was sent last. shown: the number of the last one that the page shows.
     """
 
     def __init__(self, channel: Channel) -> None:
         self.channel = channel
-        self.last: Frame | None = None
+        self.last = NO_FRAME
         self.shown = 0
-
-    @property
-    def sent(self) -> int:
-        """The number of the last frame that was sent."""
-        return 0 if self.last is None else self.last.number
 
     @property
     def is_ready(self) -> bool:
         """Whether the page can take another frame."""
-        return self.sent - self.shown < IN_FLIGHT
+        return self.last.number - self.shown < IN_FLIGHT
 
     def post(self, event: Any) -> None:
-        """Give an event to the session, or note which frame the page shows: 0 is a page that has opened again."""
-        self.channel.post(event)
-        if event["type"] == "ack":
-            self.shown = max(self.shown, min(event["id"], self.sent))
-            if event["id"] == 0:
-                self.last = None
+        """Give an event to the session, or note which frame the page shows: 0 is a page that has opened again.
+
+        Raises:
+            InputError: it is malformed; see ``checked``.
+        """
+        kind, members = checked(event)
+        if kind == "ack":
+            self.shown = max(self.shown, min(members["id"], self.last.number))
+            if members["id"] == 0:
+                self.last = NO_FRAME
+        elif kind != "save":  # this is for the host of the page
+            self.channel.post(event)

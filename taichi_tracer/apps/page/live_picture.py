@@ -66,7 +66,7 @@ class LivePicture(anywidget.AnyWidget):
             if self._watcher.is_ready:
                 self.session.ask()
             worked = self.session.step(0.0)
-            frame = self.session.newest(self._watcher.sent)
+            frame = self.session.newest(self._watcher.last.number)
             if frame is not None and self._watcher.is_ready:
                 content, data = frame.news_after(self._watcher.last)
                 self.send(content, [data])
@@ -81,7 +81,6 @@ class LivePicture(anywidget.AnyWidget):
     def close(self) -> None:
         """End the picture."""
         self._task.cancel()
-        self.session.close()
         super().close()
 
     def _repr_mimebundle_(self, **options: Any) -> Any:

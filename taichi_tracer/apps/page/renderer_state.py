@@ -111,7 +111,10 @@ class RendererState:
         elif scene.environment is not self.scene.environment:
             scene.set_environment(self.scene.environment)
         if scene is not self.scene or settings.view != former.view:
-            self._show(self._renderer(renderer_class, scene).use(settings.view))
+            renderer, display = self._renderer(renderer_class, scene).use(settings.view), self.renderer.display
+            if not (self.renderer.has_own_display or renderer.has_own_display):
+                renderer.set_display(display.exposure, display.tone)
+            self.renderer = self._last[renderer_class] = renderer
         for name, option in OPTIONS.items():
             value = getattr(settings, name)
             if option.value in self.renderer.values() and value != getattr(former, name):
@@ -162,14 +165,6 @@ class RendererState:
             self._environments[name] = load_environment(name, **self._light_options)
         scene.set_environment(self._environments.get(name))
         self._has_chosen_light = True
-
-    def _show(self, renderer: ProgressiveRenderer) -> None:
-        """Show a renderer, with the exposure and the tone curve of the one before."""
-        if not (self.renderer.has_own_display or renderer.has_own_display):
-            display = self.renderer.display
-            renderer.set_display(display.exposure, display.tone)
-        self.renderer = renderer
-        self._last[type(renderer)] = renderer
 
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
@@ -337,7 +332,7 @@ class Preview:
 
     def of(self, renderer: ProgressiveRenderer) -> ProgressiveRenderer:
         """The renderer whose picture is to be shown now: the given one, or a coarse one that shows the same."""
-        step = self._steps.get(kind_of_frame(renderer), 1)
+        step = self._steps.get((renderer, renderer.active.name), 1)
         return renderer if step == 1 else self._coarse(renderer, step)
 
     def took(self, renderer: ProgressiveRenderer, seconds: float) -> None:
@@ -345,7 +340,7 @@ class Preview:
         if self._is_new:
             self._is_new = False
             return
-        key, wanted = kind_of_frame(renderer), WANTED[renderer.is_random]
+        key, wanted = (renderer, renderer.active.name), WANTED[renderer.is_random]
         step = self._steps.get(key, 1)
         if seconds > wanted and may_be_coarse(renderer, 2 * step):
             self._steps[key] = 2 * step
@@ -367,11 +362,6 @@ class Preview:
         return made.set_display(renderer.display.exposure, renderer.display.tone)
 
 
-def kind_of_frame(renderer: ProgressiveRenderer) -> tuple:
-    """What the time of a frame depends on most."""
-    return renderer, renderer.active.name
-
-
 def may_be_coarse(renderer: ProgressiveRenderer, step: int) -> bool:
     """Whether a coarse picture can be made: with a camera of the package, of a whole picture that is large enough."""
     is_whole = renderer.film.crop == (0, renderer.width, 0, renderer.height)
@@ -389,8 +379,6 @@ def current(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
 
 
 OFF, SIDES, DIFFERENCE = "off", "sides", "difference"
-MODES = {OFF: "one picture", SIDES: "two pictures, one beside the other", DIFFERENCE: "how far the two differ"}
-EQUAL = ("samples", "seconds")  # what both pictures have the same number of
 BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
 
 
@@ -399,27 +387,14 @@ class CompareView:
 
     Attributes:
         sides: the states of the left and of the right picture. number: which of them the controls change, 0 or 1.
-        mode: one of ``MODES``, except "off". equal: one of ``EQUAL``.
+        mode: "sides" or "difference". equal: "samples" or "seconds", of which both have the same number.
         scale: what the colours of the difference mean, for the page; None if it is not shown.
     """
 
     def __init__(self, state: RendererState, mode: str) -> None:
-        self.sides, self.number, self.equal = (state, state.beside()), 1, EQUAL[0]
+        self.sides, self.number, self.equal = (state, state.beside()), 1, "samples"
+        self.mode = mode
         self.scale: Scale | None = None
-        self.set_mode(mode)
-        self.begin_again()
-
-    def set_mode(self, mode: str) -> None:
-        """Choose how the two are shown; InputError for no such mode."""
-        if mode not in MODES:
-            raise one_of("split", mode, MODES)
-        self.mode, self.scale = mode, None
-
-    def set_equal(self, by: str) -> None:
-        """Choose what both pictures have the same number of; both begin again."""
-        if by not in EQUAL:
-            raise one_of("equal", by, EQUAL)
-        self.equal = by
         self.begin_again()
 
     def begin_again(self) -> None:

@@ -144,7 +144,7 @@ class Page:
         self.is_open = True
 
     def run(self) -> None:
-        """Talk until the page is closed, or the session is over."""
+        """Talk until the page is closed."""
         sender = threading.Thread(target=self.send_frames, daemon=True)
         sender.start()
         second, count = 0, 0
@@ -157,7 +157,6 @@ class Page:
                 self.take(message)
         finally:
             self.is_open = False
-            sender.join()
 
     def take(self, message: str | bytes) -> None:
         """Give an event to the session, or say what is wrong with it."""
@@ -183,11 +182,11 @@ class Page:
     def send_frames(self) -> None:
         """Send every frame that the page can take."""
         with contextlib.suppress(ConnectionClosed):
-            while self.is_open and not self.session.is_over:
+            while self.is_open:
                 if not self.watcher.is_ready:
                     time.sleep(LOOK / 10)
                     continue
-                frame = self.session.wait_for_frame(self.watcher.sent, LOOK)
+                frame = self.session.wait_for_frame(self.watcher.last.number, LOOK)
                 if frame is not None:
                     state, data = frame.news_after(self.watcher.last)
                     self.watcher.last = frame  # before the page can say that it shows it
@@ -224,5 +223,4 @@ def serve(session: Session, tell: Callable[[str], None] = print, forwarded: Sequ
     except KeyboardInterrupt:
         return 0
     finally:
-        session.close()
         server.close()

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps.page.channel import OF_HOSTS, Channel, Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.channel import Channel, Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process, thinned, warm_up
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.renderer_state import (
@@ -87,14 +87,12 @@ class Session(Channel):
         self._compiled: set[tuple] = set()  # what needs no compiling any more
         self._folder = TemporaryDirectory()  # for pictures of processes that compile
         self._unit = START  # seconds that a view takes to compile
-        self._answers = 0  # counts the choices, so that a page gets each
-        self._last_step = self._moved_at = self.now()
-        self._has_moved = False  # since the last frame
-        self._began = self._moved_at  # when the last work on a frame began
+        self._last_step = self.now()
         self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple  # what the last frame shows: the picture, the kind, what is chosen, and what stands beside
-        self._framed_at, self._next_error = -1e9, 0.0
+        self._framed_at = self._moved_at = -1e9
+        self._next_error = 0.0
         self._details: dict[str, Any] = {}
         self._details_of: tuple = ()
         self._begin_with(renderer)
@@ -172,14 +170,17 @@ class Session(Channel):
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
         if self.choice is not None and self.choice.is_due:
-            self._take_choice(self.choice)
+            choice, self.choice = self.choice, None
+            with self.errors_as_message():
+                choice.take()
         now = self.now()
         self.move(min(now - self._last_step, LONGEST_STEP))
         self._last_step = now
         is_busy = self.seconds_of_rest() == 0
         if is_busy:
             self.render()
-            self.make_frame()
+            if self.make_frame() and self._shown is not None:
+                self.preview.took(self.renderer, self.now() - now)
         if self._is_cold and self._framed != NOTHING and self.choice is None and self.split is None:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
@@ -188,7 +189,7 @@ class Session(Channel):
     @property
     def is_moving(self) -> bool:
         """Whether something was moved or chosen since the last frame, or a moment ago."""
-        return bool(self.keys) or self._has_moved or self.now() - self._moved_at < MOVING
+        return bool(self.keys) or self._moved_at > self._framed_at or self.now() - self._moved_at < MOVING
 
     def seconds_of_rest(self) -> float:
         """Seconds until a sample or a frame is due; 0 if one is due, and infinite if nothing is missing."""
@@ -216,13 +217,12 @@ class Session(Channel):
 
     def render(self) -> None:
         """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
-        self._began = begin = self.now()
         self._shown = self.preview.of(self.renderer) if self.is_moving and self.split is None else None
         if self._shown not in (None, self.renderer):
             self._shown.render()
             self._pictures += 1
             return
-        end = begin + WORK
+        end = self.now() + WORK
         while not all(is_final(one) for one in self.renderers):
             renderer = self.renderer if self.split is None else self.split.behind
             if not renderer.is_current():
@@ -237,12 +237,10 @@ class Session(Channel):
     def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> None:
         """Do what events ask for."""
         for kind, members in events:
-            if kind not in (*MOVING_BY, *POINTING, *OF_HOSTS):
+            if kind not in (*MOVING_BY, *POINTING):
                 self.message = ""
-                self._answers += 1
-            if kind not in OF_HOSTS:
-                with self.errors_as_message():
-                    getattr(self, f"on_{kind}")(**members)
+            with self.errors_as_message():
+                getattr(self, f"on_{kind}")(**members)
 
     @contextlib.contextmanager
     def errors_as_message(self) -> Iterator[None]:
@@ -265,7 +263,7 @@ class Session(Channel):
         if pan.any():
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
-        self._moved_at, self._has_moved = self.now(), True
+        self._moved_at = self.now()
 
     def stay(self) -> None:
         """Begin to count how far the pointer and the wheel move the camera, and which keys were pressed."""
@@ -300,13 +298,6 @@ class Session(Channel):
         if self.choice is not None:
             self.choice.cancel()
         self.choice = Choice(text, about, take, process)
-
-    def _take_choice(self, choice: Choice) -> None:
-        """Show what was chosen."""
-        self.choice = None
-        with self.errors_as_message():
-            choice.take()
-        self._answers += 1
 
     # ── what can be chosen ──
 
@@ -433,12 +424,13 @@ class Session(Channel):
         elif self.split is None:
             self.choose("preparing the second picture", self._unit, begin)
         else:
-            self.split.set_mode(mode)
+            self.split.mode = mode
 
     def on_equal(self, by: str) -> None:
-        """Choose what two pictures have the same number of."""
+        """Choose what two pictures have the same number of; both begin again."""
         if self.split is not None:
-            self.split.set_equal(by)
+            self.split.equal = by
+            self.split.begin_again()
 
     def on_side(self, number: int) -> None:
         """Choose which of the two pictures the controls change."""
@@ -449,40 +441,38 @@ class Session(Channel):
 
     # ── frames ──
 
-    def make_frame(self) -> None:
-        """Make a frame if somebody takes it and the picture, or what is said about it, is new."""
+    def make_frame(self) -> bool:
+        """Make a frame if somebody takes it and the picture, or what is said about it, is new; whether one was made."""
         self.look_at_error()
         if self.seconds_to_frame() > 0:
-            return
+            return False
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if kind == "jpeg" else exact_pixels
         former, of = self._frame, (self._pictures, kind, self.picture_key())
         shown = self.renderers if self._shown is None else [self._shown]
-        if former is not None and of == self._framed[:3]:
+        if of == self._framed[:3]:
             data = former.data
         else:
             data = encoded(make(shown[0]) if self.split is None else self.split.pixels(make), kind)
         state = self.present_state(shown)
-        if kind == "jpeg" and self.split is None:
-            self.preview.took(self.renderer, self.now() - self._began)
         if self._details_of != (of[2], self.beside, self._next_error):
             self._details_of, self._details = (of[2], self.beside, self._next_error), self.details()
         self._framed = *of, self.beside
-        self._framed_at, self._has_moved = self.now(), False
-        self.show(Frame(1 if former is None else former.number + 1, kind, data, state, self._details))
+        self._framed_at = self.now()
+        self.show(Frame(former.number + 1, kind, data, state, self._details))
+        return True
 
     def present_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
         """What changes with every picture: samples, errors, the scale of colours, and the pixels that are asked for."""
-        known = [self.errors.get(id(one)) for one in shown]
         sides = [
             {
                 "view": one.active.name,
                 "samples": one.samples if one.is_random else 1,
                 "seconds": one.rendered_seconds,
                 "is_random": one.is_random,
-                "error": error if error and error["samples"] <= one.samples < 2 * error["samples"] else None,
+                "error": self.errors.get(id(one)),
             }
-            for one, error in zip(shown, known, strict=True)
+            for one in shown
         ]
         number = 0 if self.split is None else self.split.number
         is_difference = self.split is not None and self.split.mode == DIFFERENCE
@@ -525,7 +515,6 @@ class Session(Channel):
         return (
             self.message,
             self.explanation,
-            self._answers,
             self.pointed,
             self.region,
             self.choice and self.choice.began,
@@ -576,7 +565,7 @@ def error_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
     error, typical = renderer.error(), typical_error(renderer.film)
     numbers = {"rmse": float(error), "low": error.low, "high": error.high, "typical": typical}
     finite = {name: 100 * value if np.isfinite(value) else None for name, value in numbers.items()}
-    return {**finite, "text": str(error), "samples": renderer.samples}
+    return {**finite, "text": str(error)}
 
 
 def is_final(renderer: ProgressiveRenderer) -> bool:
