@@ -260,6 +260,11 @@ class Picture:
                 renderer.change(name, find_measured(value) if name == "of" else value)
         return renderer.set_display(self.settings.exposure, self.settings.tone)
 
+    def first_renderer(self, scene: SceneData) -> ProgressiveRenderer:
+        """A renderer that shows the first view."""
+        renderer_class, integrator = self.views[0]
+        return self.make_renderer(renderer_class, scene).use(integrator.name)
+
 
 @dataclass(frozen=True)
 class Request:
@@ -272,6 +277,16 @@ class Request:
     settings: RenderSettings
     document: "Document | None"
     pictures: tuple[Picture, ...]
+
+    def single(self, command: str) -> Picture:
+        """The only picture.
+
+        Raises:
+            InputError: there are several, or one has several views.
+        """
+        if len(self.pictures) > 1 or len(self.pictures[0].views) > 1:
+            raise InputError(f"{command} takes one picture: name one view or estimator, or a scene file with one film")
+        return self.pictures[0]
 
     @property
     def environment(self) -> str | None:
@@ -352,9 +367,9 @@ def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> Progre
     """
     request = request_of(settings)
     picture, scene = request.pictures[0], request.load(is_long=True)
-    is_lit = begins_lit and not picture.names_view and picture.shot is None and not scene.effects.is_dark
-    (renderer_class, integrator), *_ = find_views("mis") if is_lit else picture.views
-    return picture.make_renderer(renderer_class, scene).use(integrator.name)
+    if begins_lit and not picture.names_view and picture.shot is None and not scene.effects.is_dark:
+        picture = replace(picture, views=find_views("mis"))
+    return picture.first_renderer(scene)
 
 
 # ── from settings ──

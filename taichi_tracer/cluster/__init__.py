@@ -82,7 +82,6 @@ def render(
     from taichi_tracer.apps.pictures import request_of
     from taichi_tracer.cluster.sharing import renders_on
     from taichi_tracer.files.disk import check_place, noting_reads
-    from taichi_tracer.system.errors import InputError
 
     settings = settings_from(scene, options)
     if checkpoint is not None:
@@ -90,12 +89,7 @@ def render(
     context: Any = connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
     with context as connection, noting_reads() as paths:
         request = request_of(settings)
-        picture, *more = request.pictures
-        (renderer_class, integrator), *others = picture.views
-        if more or others:
-            raise InputError("cluster.render makes one picture: give one view or estimator")
-        loaded = request.load()
-        renderer = picture.make_renderer(renderer_class, loaded).use(integrator.name)
+        renderer = request.single("cluster.render").first_renderer(request.load())
         if checkpoint is not None and Path(checkpoint).exists():
             renderer.load_checkpoint(checkpoint)
             spp = None if spp is None else spp - renderer.samples

@@ -5,6 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import camera_for, check
 from taichi_tracer.apps.running import Interruption, written_bytes
@@ -83,7 +85,8 @@ def run(args: Namespace) -> int:
     """
     find_scene(args.scene)
     plan, report = plan_of(args), report_of(args)
-    with Interruption() as interruption, study_bar() as bar:
+    options = {"bar_format": "{percentage:3.0f}%|{bar}| {desc}", "leave": False, "disable": None}
+    with Interruption() as interruption, tqdm(total=1.0, **options) as bar:
         study = Measurement(
             bench_of(args),
             plan,
@@ -149,13 +152,6 @@ def report_of(args: Namespace) -> Path | None:
     for name in accuracy_report.FILES:
         check_place(folder / name)
     return folder
-
-
-def study_bar():
-    """A progress bar of the budget on stderr, when that is a terminal."""
-    from tqdm import tqdm
-
-    return tqdm(total=1.0, bar_format="{percentage:3.0f}%|{bar}| {desc}", leave=False, disable=None)
 
 
 def show(bar, what: str, done: float) -> None:

@@ -1,12 +1,11 @@
 """Every number on the way from one pixel to its colour."""
 
 from argparse import Namespace
-from collections.abc import Sequence
 
 import numpy as np
 
 from taichi_tracer.apps.console import Parser, note
-from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
@@ -46,10 +45,9 @@ def add_arguments(parser: Parser) -> None:
 def run(args: Namespace) -> int:
     """Explain one sample of one pixel."""
     request = request_of(RenderSettings.of(args))
-    check(args, request.pictures)
-    picture = request.pictures[0]
-    renderer_class, integrator = picture.views[0]
-    renderer = picture.make_renderer(renderer_class, request.load()).use(integrator)
+    picture = request.single("explain")
+    check(args)
+    renderer = picture.first_renderer(request.load())
     samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)
     if found is None:
@@ -66,10 +64,8 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def check(args: Namespace, pictures: Sequence[Picture]) -> None:
-    """Raise an InputError unless one pixel of one picture is asked for, and the files can be written."""
-    if len(pictures) > 1 or len(pictures[0].views) > 1:
-        raise InputError("explain takes one picture: name one with --view or --estimator")
+def check(args: Namespace) -> None:
+    """Raise an InputError unless one pixel is asked for, and the files can be written."""
     if (args.pixel is not None) + args.worst + args.non_finite != 1:
         raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
     for path in (args.json, args.html):

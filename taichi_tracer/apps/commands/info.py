@@ -25,10 +25,8 @@ def run(args: Namespace) -> int:
     request = request_of(RenderSettings.of(args))
     picture, *_ = request.pictures
     scene = request.load()
-    (renderer_class, integrator), *_ = picture.views
     small = replace(picture, settings=replace(picture.settings, size=(RECEIPT_SIZE, RECEIPT_SIZE), crop=WHOLE))
-    renderer = small.make_renderer(renderer_class, scene).use(integrator.name)
-    lines = [*describe(renderer), *own_parts(request.settings.parts)]
+    lines = [*describe(small.first_renderer(scene)), *own_parts(request.settings.parts)]
     print("\n".join(lines))
     return 0
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts import HOMES, PARTS
+from taichi_tracer.system.parts import PARTS
 
 FOLDER = Path(__file__).parents[1] / "skeletons"
 # Kind → the words of ``render`` that show a part; NAME stands for its name.
@@ -24,7 +24,8 @@ SHOWN = {
     "environment": "specular_spheres --estimator mis --environment NAME",
     "tone": "cornell_box --estimator mis --tone NAME",
 }
-KINDS = {"brdf": "BRDF", "triangle_test": "triangle test", "tone": "tone curve"}  # as the registry names them
+# Kind → its name in the registry, where that is another one.
+KINDS = {"brdf": "BRDF", "view": "integrator", "triangle_test": "triangle test", "tone": "tone curve"}
 
 
 def add_arguments(parser: Parser) -> None:
@@ -58,9 +59,7 @@ def check_name(kind: str, name: str) -> None:
     """Raise an InputError unless a part of a kind can have a name."""
     if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
         raise InputError(f"new-part: {name!r} is no name: it has letters, digits and _, and begins with a letter")
-    of_registry = KINDS.get(kind, kind)
-    assert of_registry in HOMES or kind == "view"
-    if name in PARTS.names("integrator" if kind == "view" else of_registry):
+    if name in PARTS.names(KINDS.get(kind, kind)):
         raise InputError(f"new-part: the package has a {kind} called {name}: give yours another name")
 
 

@@ -18,7 +18,7 @@ from PIL import Image
 from taichi_tracer.apps.commands.render import describe, encoding_of, load_scene
 from taichi_tracer.apps.console import CLUSTER, Parser, add_cluster_option, load, note
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
@@ -70,14 +70,10 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     if args.cluster is not None and elsewhere is None:
         return load(f"{CLUSTER}:turntable")(args)
     request = request_of(RenderSettings.of(args))
-    pictures = request.pictures
-    if len(pictures) > 1 or len(pictures[0].views) > 1:
-        raise InputError("turntable: one picture for each frame: name one view, or a scene file with one film")
-    picture, output = pictures[0], Path(args.output)
+    picture, output = request.single("turntable"), Path(args.output)
     check_output(output)
     scene, before = load_scene(request, args.started)
-    (renderer_class, integrator), *_ = picture.views
-    renderer = picture.make_renderer(renderer_class, scene).use(integrator.name)
+    renderer = picture.first_renderer(scene)
     frames: list[np.ndarray] = []
     places: list[Path] = []
     with Interruption() as interruption:
@@ -89,12 +85,13 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
             image = renderer.film.own_pixels(renderer.image())
             if interruption.number is not None:
                 break
+            encoding = encoding_of(renderer, picture)
             if is_folder(output):
                 place = output / f"frame_{k:0{len(str(args.frames - 1))}d}.png"
-                encoding = encoding_of(renderer, picture)
                 places.append(written(place, partial(save_image, image=image, **encoding)))
             else:
-                frames.append(shown(renderer, picture, image))
+                display = Display(encoding["exposure"], encoding["tone"])
+                frames.append(to_bytes(image, encoding["srgb"], display))
             print(f"frame {k + 1} of {args.frames}: {describe(renderer, image)}", flush=True)
     if frames:
         places = [WRITERS[output.suffix.lower()](output, frames, args.fps)]
@@ -129,12 +126,6 @@ def eyes_of(pose: Pose, count: int, degrees: float) -> list[np.ndarray]:
     up = pose.up / np.linalg.norm(pose.up)
     angles = np.arange(count) * math.radians(degrees) / count
     return [pose.at + rotate(pose.eye - pose.at, up, float(angle)) for angle in angles]
-
-
-def shown(renderer: ProgressiveRenderer, picture: Picture, image: np.ndarray) -> np.ndarray:
-    """(h, w, 3) uint8: a frame as a file of 8 bits shows it."""
-    encoding = encoding_of(renderer, picture)
-    return to_bytes(image, encoding["srgb"], Display(encoding["exposure"], encoding["tone"]))
 
 
 # ── films ──

@@ -16,12 +16,9 @@ function takeToken() {
 takeToken();
 addEventListener("hashchange", () => { if (takeToken()) location.reload(); }); // the same tab gets another address
 
-const listeners = [];
-let socket = null, shown = null;
-const emit = (state, bytes) => Promise.all(listeners.map(listener => listener(state, bytes)));
+let socket = null, emit = null; // emit takes a message of the server to the page
 const model = {
-  on(name, listener) { if (name === "msg:custom") listeners.push(listener); },
-  off(_name, listener) { listeners.splice(listeners.indexOf(listener), 1); },
+  on(name, listener) { if (name === "msg:custom") emit = listener; },
   send(event) {
     if (socket?.readyState !== WebSocket.OPEN || (document.hidden && event.type === "ack")) return; // nobody sees the frame
     socket.send(JSON.stringify(event));
@@ -32,11 +29,10 @@ function connect() {
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => socket.send(sessionStorage.getItem(KEY) ?? "");
-  socket.onmessage = async ({ data }) => {
+  socket.onmessage = ({ data }) => {
     const length = new DataView(data).getUint32(0, true);
     const state = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
-    await shown; // one picture is decoded while the next one is sent, and no more
-    shown = emit(state, new Uint8Array(data, 4 + length));
+    emit(state, new Uint8Array(data, 4 + length));
   };
   socket.onclose = ({ code, reason }) => {
     emit({ lost: reason || AGAIN });

@@ -19,6 +19,7 @@ const POINTS = 60; // milliseconds for which the pointer rests before its pixel 
 const RESIZES = 250; // milliseconds after the last change of the window before the picture gets another size
 const ZOOMS = [0, 1, 2, 4, 8, 16, 32, 64], NUMBERS = 64; // 0 fits the picture; from NUMBERS on, pixels show their numbers
 const LEVELS = 64; // of the histogram
+const MODES = ["off", "sides", "difference"]; // of two pictures
 const WORDS = [[2, "clean"], [6, "slightly grainy"], [20, "grainy"], [Infinity, "very grainy"]]; // up to so many per cent
 const ENDED = "The kernel has ended: run the cell again. This is its last picture.";
 
@@ -33,8 +34,8 @@ function make(name, attributes = {}, ...children) {
 }
 
 const button = (text, onclick, attributes = {}) => make("button", { type: "button", onclick, ...attributes }, text);
-const three = value => String(Number(Number(value).toPrecision(3)));
-const two = value => String(Number(Number(value).toPrecision(2)));
+const rounded = (value, digits) => String(Number(Number(value).toPrecision(digits)));
+const three = value => rounded(value, 3), two = value => rounded(value, 2);
 const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
 // A button that opens a box below it; Escape, or a click elsewhere, closes it.
@@ -118,8 +119,13 @@ function render({ model, el }) {
   const search = make("input", { type: "search", "aria-label": "search", placeholder: "search", oninput: () => filter() });
   const list = make("div");
   const views = menu("view", [search, list], { title: "what is shown" });
-  const compare = make("div", { class: "tt-group", role: "group", "aria-label": "compare two pictures" });
-  const compareMore = make("div", { class: "tt-group", role: "group", "aria-label": "what is compared" });
+  const modes = ["One picture", "Compare two", "Difference"].map((text, k) => button(text, () => send({ type: "split", mode: MODES[k] })));
+  const halves = ["left", "right"].map((side, number) =>
+    button(side, () => send({ type: "side", number }), { title: `the settings change the ${side} picture` }));
+  const equal = make("select", { "aria-label": "what both pictures have the same number of", title: "both pictures get the same number of these",
+    onchange: () => send({ type: "equal", by: equal.value }) }, ...["samples", "seconds"].map(by => make("option", { value: by }, `equal ${by}`)));
+  const compare = make("div", { class: "tt-group", role: "group", "aria-label": "compare two pictures" }, ...modes);
+  const compareMore = make("div", { class: "tt-group", role: "group", "aria-label": "what is compared" }, ...halves, equal);
   const explain = button("Explain a pixel", () => ask(!isAsking), { "aria-pressed": "false", title: "every number on the way to a pixel (x)" });
   const saves = menu("Save", [
     ...["png", "exr"].map(kind => button(`${kind.toUpperCase()} file`, () => { saves.close(); send({ type: "save", kind }); })),
@@ -351,19 +357,12 @@ function render({ model, el }) {
   // ── two pictures ──
 
   function showSplit() {
-    const { split } = state;
-    if (!changed("split", JSON.stringify([split, state.sides.map(side => side.view)]))) return;
-    const focused = [compare, compareMore].some(part => part.contains(document.activeElement)) ? document.activeElement.textContent : null;
-    const choose = (text, event, isOn, title) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)), title });
-    const modes = [["One picture", "off"], ["Compare two", "sides"], ["Difference", "difference"]];
-    compare.replaceChildren(...modes.map(([text, mode]) => choose(text, { type: "split", mode }, (split?.mode ?? "off") === mode)));
+    const { split } = state, press = (buttons, chosen) => buttons.forEach((one, k) => one.setAttribute("aria-pressed", String(k === chosen)));
+    if (!changed("split", JSON.stringify(split))) return;
+    press(modes, MODES.indexOf(split?.mode ?? "off"));
+    press(halves, split?.side);
     compareMore.hidden = !split;
-    if (split) compareMore.replaceChildren(...["left", "right"].map((side, number) =>
-      choose(side, { type: "side", number }, split.side === number, `the settings change the ${side} picture`)),
-    make("select", { "aria-label": "what both pictures have the same number of", title: "both pictures get the same number of these",
-      onchange: event => send({ type: "equal", by: event.target.value }) },
-    ...["samples", "seconds"].map(by => make("option", { value: by, selected: by === split.equal }, `equal ${by}`))));
-    if (focused) [...el.querySelectorAll(".tt-group button")].find(one => one.textContent === focused)?.focus();
+    if (split) equal.value = split.equal;
     fit();
     draw();
   }

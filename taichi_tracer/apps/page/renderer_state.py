@@ -144,8 +144,8 @@ class RendererState:
 
     def find(self, name: str | None) -> tuple[type[ProgressiveRenderer], Integrator]:
         """The renderer class that offers something of this name, that of the present renderer first."""
-        offered = sorted(self.offered, key=lambda pair: pair[0] is not type(self.renderer))
-        known = {one.name: (cls, one) for cls, offers in reversed(offered) for one in offers}
+        offered = [*reversed(self.offered), (type(self.renderer), self.renderer.offers)]  # the later ones count
+        known = {one.name: (cls, one) for cls, offers in offered for one in offers}
         if name not in known:
             raise one_of("view or estimator", name, known)
         return known[name]

@@ -551,12 +551,8 @@ class Session(Channel):
             InputError: the library that writes it is not installed.
         """
         with TemporaryDirectory() as folder:
-            path = Path(folder) / f"{self.renderer.active.name}.{kind}"
-            current(self.renderer)
-            try:
-                self.renderer.save(path)
-            except InputError as error:
-                raise InputError(str(error).removeprefix(f"{path}: ")) from None
+            path = Path(folder) / f"picture.{kind}"
+            current(self.renderer).save(path)
             return path.read_bytes()
 
 
