@@ -18,14 +18,10 @@ def missing_for_window() -> tuple[str, str] | None:
         if name == "":
             remedy = "run it on a desktop, or with: xvfb-run -s '-screen 0 1280x1024x24'"
             return "no display (DISPLAY is not set)", remedy
-        if not socket_of(name).exists():
+        socket = Path("/tmp/.X11-unix", f"X{name.rpartition(':')[2].partition('.')[0]}")  # /tmp/.X11-unix/X1 of ":1.0"
+        if not socket.exists():
             return f"the display {name!r} is not on this machine", "view --browser serves the picture to a browser"
     if sys.platform != "darwin" and not runtime.vulkan_devices():
         remedy = "install the driver of your graphics card, or on Linux: sudo apt install mesa-vulkan-drivers"
         return "no Vulkan driver was found", remedy
     return None
-
-
-def socket_of(name: str) -> Path:
-    """The socket of an X server of this machine: /tmp/.X11-unix/X1 of the display ":1.0"."""
-    return Path("/tmp/.X11-unix", f"X{name.rpartition(':')[2].partition('.')[0]}")

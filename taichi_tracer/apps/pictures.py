@@ -548,12 +548,6 @@ def rounded(values: Any) -> tuple[float, ...]:
     return tuple(float(f"{value:.9g}") + 0.0 for value in values)
 
 
-def camera_words(camera: ProjectiveCamera) -> list[str]:
-    """The options that make a camera again."""
-    given = {name: value for name, value in camera_settings(camera).items() if value is not None}
-    return [word for name, value in given.items() for word in words_of(name, value)]
-
-
 def position_of(camera: ProjectiveCamera) -> dict:
     """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
     position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}

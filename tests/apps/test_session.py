@@ -173,11 +173,24 @@ def test_two_pictures_get_the_same_number_of_samples(session):
     for _ in range(20):
         watch(session)
         session.step(0.0)
-    left, right = (one.renderer.samples for one in session.split.sides)
+    left, right = (one.renderer.samples for one in session.sides)
     assert abs(left - right) <= 1 < left
     session.post({"type": "split", "mode": "off"})
     session.step(0.0)
-    assert session.split is None
+    assert len(session.sides) == 1
+
+
+def test_two_views_beside_each_other_follow_the_camera(session):
+    settle(session)
+    session.post({"type": "split", "mode": "sides"})
+    session.step(0.0)
+    chosen(session)
+    session.post({"type": "drag", "dx": 0.1, "dy": 0.0})
+    assert pixels(settle(session)).shape == (SIZE[1], 2 * SIZE[0], 3)
+    session.post({"type": "split", "mode": "difference"})
+    assert not pixels(settle(session)).any()
+    session.post({"type": "split", "mode": "off"})
+    session.step(0.0)
 
 
 def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):

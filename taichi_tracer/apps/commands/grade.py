@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from taichi_tracer.apps.console import Parser, note
-from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.files.disk import check_place, make_folder, replace_file
 from taichi_tracer.system.argument_types import at_least_one, whole
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
@@ -83,9 +83,7 @@ def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> N
         if path is not None:
             check_place(Path(path))
     if args.report is not None:
-        if Path(args.report).is_file():
-            raise InputError(f"{args.report} is a file: give a folder for the report")
-        Path(args.report).mkdir(parents=True, exist_ok=True)
+        make_folder(args.report, f"--report {args.report}")
 
 
 def write(

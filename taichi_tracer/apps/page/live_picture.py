@@ -11,7 +11,6 @@ import anywidget
 from taichi_tracer.apps.page.channel import Watcher
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.system.errors import InputError
 
 FOLDER = Path(__file__).parent
 REST = 0.1  # seconds between two looks if no event comes: another cell may have changed the renderer
@@ -41,22 +40,12 @@ class LivePicture(anywidget.AnyWidget):
         return self.session.renderer
 
     def _take(self, _widget: Any, content: Any, _buffers: Any) -> None:
-        try:
+        with self.session.errors_as_message():
             self._watcher.post(content)
-        except InputError as error:
-            self.session.message = str(error)
-            return
+            if content["type"] == "save":
+                self.send({"file": f"picture.{content['kind']}"}, [self.session.file(content["kind"])])
         self.session.watch()
         self._awake.set()
-        if content["type"] == "save":
-            self._save(content["kind"])
-
-    def _save(self, kind: str) -> None:
-        """Send the picture as a file."""
-        try:
-            self.send({"file": f"picture.{kind}"}, [self.session.file(kind)])
-        except InputError as error:
-            self.session.message = str(error)
 
     async def _run(self) -> None:
         """Render and send, until the picture is closed."""

@@ -7,7 +7,6 @@ pictures of one camera can be compared: side by side, or as their difference.
 
 import copy
 from argparse import ArgumentTypeError
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -378,58 +377,13 @@ def current(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
 # ── two pictures ──
 
 
-OFF, SIDES, DIFFERENCE = "off", "sides", "difference"
+OFF, DIFFERENCE = "off", "difference"  # ways to show two pictures; the third one is "sides"
 BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
 
 
-class CompareView:
-    """Two sides, each with settings of its own, and one camera.
-
-    Attributes:
-        sides: the states of the left and of the right picture. number: which of them the controls change, 0 or 1.
-        mode: "sides" or "difference". equal: "samples" or "seconds", of which both have the same number.
-        scale: what the colours of the difference mean, for the page; None if it is not shown.
-    """
-
-    def __init__(self, state: RendererState, mode: str) -> None:
-        self.sides, self.number, self.equal = (state, state.beside()), 1, "samples"
-        self.mode = mode
-        self.scale: Scale | None = None
-        self.begin_again()
-
-    def begin_again(self) -> None:
-        """Forget the samples of both, so that neither is ahead."""
-        for one in self.sides:
-            one.renderer.reset()
-
-    @property
-    def state(self) -> RendererState:
-        """What the controls change."""
-        return self.sides[self.number]
-
-    @property
-    def behind(self) -> ProgressiveRenderer:
-        """The renderer that has fewer samples, or was rendered for less time: it takes the next sample."""
-        left, right = (one.renderer for one in self.sides)
-        if not (left.is_random and right.is_random):
-            return left if left.is_random else right
-        if not (left.is_current() and right.is_current()):
-            return right if left.is_current() else left
-        if self.equal == "samples":
-            return left if left.samples <= right.samples else right
-        return left if left.rendered_seconds <= right.rendered_seconds else right
-
-    def pixels(self, make: Callable[[ProgressiveRenderer], np.ndarray]) -> np.ndarray:
-        """(h, 2 w, 3) bytes of both pictures, the left one first; or (h, w, 3) of their difference.
-
-        Args:
-            make: gives the (h, w, 3) bytes of one renderer's picture.
-        """
-        left, right = (one.renderer for one in self.sides)
-        if self.mode == SIDES:
-            return np.concatenate([make(left), make(right)], axis=1)
-        values = np.abs(left.image().astype(np.float64) - right.image()).mean(axis=2)
-        largest = round_up(float(np.percentile(values, BRIGHTEST)) or float(values.max()))
-        text = f"difference of left and right, mean of red, green and blue; its mean is {values.mean():.3g}"
-        self.scale = Scale(largest, text)
-        return np.floor(255 * heat(values, largest) + 0.5).astype(np.uint8)
+def difference_of(left: ProgressiveRenderer, right: ProgressiveRenderer) -> tuple[np.ndarray, Scale]:
+    """(h, w, 3) bytes that show as colours how far two pictures differ, and what the colours mean."""
+    values = np.abs(left.image().astype(np.float64) - right.image()).mean(axis=2)
+    largest = round_up(float(np.percentile(values, BRIGHTEST)) or float(values.max()))
+    text = f"difference of left and right, mean of red, green and blue; its mean is {values.mean():.3g}"
+    return np.floor(255 * heat(values, largest) + 0.5).astype(np.uint8), Scale(largest, text)

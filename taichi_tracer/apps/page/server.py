@@ -172,12 +172,8 @@ class Page:
 
     def save(self, kind: str) -> None:
         """Send the picture as a file; the thread that renders calls this."""
-        try:
-            data = self.session.file(kind)
-        except Exception as error:
-            self.send({"message": str(error)})
-            return
-        self.send({"file": f"picture.{kind}"}, data)
+        with self.session.errors_as_message():
+            self.send({"file": f"picture.{kind}"}, self.session.file(kind))
 
     def send_frames(self) -> None:
         """Send every frame that the page can take."""

@@ -26,16 +26,16 @@ from taichi_tracer.apps.page.renderer_state import (
     DIFFERENCE,
     OF_SCENE,
     OFF,
-    CompareView,
     Preview,
     RendererState,
     current,
+    difference_of,
     read,
 )
 from taichi_tracer.apps.pictures import (
     as_command,
     as_python,
-    camera_words,
+    camera_settings,
     environment_name,
     first_renderer,
     position_of,
@@ -99,8 +99,9 @@ class Session(Channel):
 
     def _begin_with(self, renderer: ProgressiveRenderer) -> None:
         """Show a renderer, of another scene than the one before."""
-        self.state = RendererState(renderer, self.settings)
-        self.split: CompareView | None = None
+        self.sides = [RendererState(renderer, self.settings)]  # of one picture, or of the left and the right one
+        self.number = 0  # which of them the controls change
+        self.mode, self.equal = OFF, "samples"  # how two are shown, and what both have the same number of
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -114,6 +115,11 @@ class Session(Channel):
         self._is_cold, self._framed = True, NOTHING  # whether the picture of a moving camera is still to be compiled
 
     @property
+    def state(self) -> RendererState:
+        """What the controls change."""
+        return self.sides[self.number]
+
+    @property
     def renderer(self) -> ProgressiveRenderer:
         """The renderer that the controls change."""
         return self.state.renderer
@@ -121,7 +127,7 @@ class Session(Channel):
     @property
     def renderers(self) -> list[ProgressiveRenderer]:
         """All renderers that are shown: one, or those of both halves."""
-        return [self.renderer] if self.split is None else [one.renderer for one in self.split.sides]
+        return [one.renderer for one in self.sides]
 
     def warm_up(self) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
@@ -133,9 +139,9 @@ class Session(Channel):
 
     def _expose_at_first(self) -> None:
         """Expose the first picture of light to fit, where nobody says how."""
-        if self.settings is not None and self.settings.view is None and self.renderer.needs_light:
-            if self.settings.exposure == 0:
-                self.renderer.expose()
+        nobody_says = self.settings is not None and self.settings.view is None and self.settings.exposure == 0
+        if nobody_says and self.renderer.needs_light:
+            self.renderer.expose()
 
     def _warm_moving(self) -> None:
         """Compile the picture that a moving camera shows, so that the first drag does not wait."""
@@ -181,7 +187,7 @@ class Session(Channel):
             self.render()
             if self.make_frame() and self._shown is not None:
                 self.preview.took(self.renderer, self.now() - now)
-        if self._is_cold and self._framed != NOTHING and self.choice is None and self.split is None:
+        if self._is_cold and self._framed != NOTHING and self.choice is None and self.mode == OFF:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
         return bool(events or tasks or is_busy)
@@ -217,14 +223,14 @@ class Session(Channel):
 
     def render(self) -> None:
         """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
-        self._shown = self.preview.of(self.renderer) if self.is_moving and self.split is None else None
+        self._shown = self.preview.of(self.renderer) if self.is_moving and self.mode == OFF else None
         if self._shown not in (None, self.renderer):
             self._shown.render()
             self._pictures += 1
             return
         end = self.now() + WORK
-        while not all(is_final(one) for one in self.renderers):
-            renderer = self.renderer if self.split is None else self.split.behind
+        while unfinished := [one for one in self.renderers if not is_final(one)]:
+            renderer = min(unfinished, key=self.progress_of)
             if not renderer.is_current():
                 self.errors.clear()
                 self._next_error = 0.0
@@ -233,6 +239,10 @@ class Session(Channel):
             has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
             if has_all and (self.now() >= end or self.is_moving):
                 break
+
+    def progress_of(self, renderer: ProgressiveRenderer) -> tuple[bool, float]:
+        """How far a picture is; of two, the one that is behind takes the next sample."""
+        return renderer.is_current(), renderer.samples if self.equal == "samples" else renderer.rendered_seconds
 
     def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> None:
         """Do what events ask for."""
@@ -338,7 +348,7 @@ class Session(Channel):
 
         def take() -> None:
             """Load it, and free the memory of the one before."""
-            former = [self.state] if self.split is None else self.split.sides
+            former = self.sides
             renderer = first_renderer(wanted, begins_lit=True)
             quick_pixels(renderer.render())
             self._begin_with(renderer)
@@ -380,7 +390,8 @@ class Session(Channel):
 
     def on_camera(self) -> None:
         """Show the camera as options of the command line."""
-        self.explanation = f"<pre>{html.escape(shlex.join(camera_words(self.renderer.camera)))}</pre>"
+        words = RenderSettings(**camera_settings(self.renderer.camera)).words()
+        self.explanation = f"<pre>{html.escape(shlex.join(words))}</pre>"
 
     def on_close(self) -> None:
         """Close the explanation."""
@@ -401,10 +412,10 @@ class Session(Channel):
     def on_size(self, width: int, height: int) -> None:
         """Give the picture the size of the page."""
         size = width, height
-        if not self.follows_size or self.split is not None or size == (self.renderer.width, self.renderer.height):
+        if not self.follows_size or self.mode != OFF or size == (self.renderer.width, self.renderer.height):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
-        self.state = self.state.resized(int(width * scale), int(height * scale))
+        self.sides = [self.state.resized(int(width * scale), int(height * scale))]
         self.preview, self.pointed, self.explained, self.region = Preview(), None, None, None
         self._is_cold, self._framed = True, NOTHING
 
@@ -413,31 +424,29 @@ class Session(Channel):
 
         def begin() -> None:
             """Make the second picture, and compile it."""
-            split = CompareView(self.state, mode)
-            for one in split.sides:
-                quick_pixels(one.renderer.render())
-            split.begin_again()
-            self.split, self.state = split, split.state
+            self.sides, self.number, self.mode = [self.state, self.state.beside()], 1, mode
+            for one in self.renderers:
+                quick_pixels(one.render())
+                one.reset()
 
         if mode == OFF:
-            self.split = None
-        elif self.split is None:
+            self.sides, self.number, self.mode = [self.state], 0, OFF
+        elif self.mode == OFF:
             self.choose("preparing the second picture", self._unit, begin)
         else:
-            self.split.mode = mode
+            self.mode = mode
 
     def on_equal(self, by: str) -> None:
         """Choose what two pictures have the same number of; both begin again."""
-        if self.split is not None:
-            self.split.equal = by
-            self.split.begin_again()
+        self.equal = by
+        for one in self.renderers:
+            one.reset()
 
     def on_side(self, number: int) -> None:
         """Choose which of the two pictures the controls change."""
-        if self.split is None:
+        if self.mode == OFF:
             raise InputError("side: one picture is shown: choose to compare first")
-        self.split.number = number
-        self.state = self.split.state
+        self.number = number
 
     # ── frames ──
 
@@ -453,7 +462,11 @@ class Session(Channel):
         if of == self._framed[:3]:
             data = former.data
         else:
-            data = encoded(make(shown[0]) if self.split is None else self.split.pixels(make), kind)
+            if self.mode == DIFFERENCE:
+                pixels, self.scale = difference_of(*self.renderers)
+            else:
+                pixels = np.concatenate([make(one) for one in shown], axis=1)
+            data = encoded(pixels, kind)
         state = self.present_state(shown)
         if self._details_of != (of[2], self.beside, self._next_error):
             self._details_of, self._details = (of[2], self.beside, self._next_error), self.details()
@@ -474,12 +487,10 @@ class Session(Channel):
             }
             for one in shown
         ]
-        number = 0 if self.split is None else self.split.number
-        is_difference = self.split is not None and self.split.mode == DIFFERENCE
-        scale = self.split.scale if is_difference else shown[number].scale  # type: ignore[union-attr]
+        scale = self.scale if self.mode == DIFFERENCE else shown[self.number].scale
         pointed = None if self.pointed is None or self.is_moving else look_at(*self.pointed, self.renderers)
         return {
-            **sides[number],
+            **sides[self.number],
             "sides": sides,
             "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
             "pointed": pointed,
@@ -496,7 +507,7 @@ class Session(Channel):
         for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
-                self.curves[name if self.split is None else f"{side}: {name}"] = thinned(points)
+                self.curves[name if self.mode == OFF else f"{side}: {name}"] = thinned(points)
         self._next_error = self.now() + ERROR_EVERY
 
     def picture_key(self) -> tuple:
@@ -505,9 +516,8 @@ class Session(Channel):
             (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
             for one in self.renderers
         ]
-        split = None if self.split is None else (self.split.mode, self.split.number, self.split.equal)
         fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, split, fov, self.renderer.values().get("max_distance"))
+        return (*of, self.mode, self.number, self.equal, fov, self.renderer.values().get("max_distance"))
 
     @property
     def beside(self) -> tuple:
@@ -538,7 +548,7 @@ class Session(Channel):
             "follows": self.follows_size,
             "busy": busy,
             "explained": self.explained,
-            "split": self.split and {"mode": self.split.mode, "side": self.split.number, "equal": self.split.equal},
+            "split": None if self.mode == OFF else {"mode": self.mode, "side": self.number, "equal": self.equal},
             "curves": self.curves,
             "message": self.message,
             "explanation": self.explanation,
