@@ -148,8 +148,6 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         self._memory.fields.place(self.camera_to_world, self.half_size, self.centre, self.x, self.y, self.z)
         self._memory.fields.dense(ti.i, 10).place(self._numbers)
         self._memory.allocate()
-        # Of the numbers alone, and with the matrix: a kernel that loads tables is read for a fixed list of them.
-        self._numbers_alone, self._tables = memory.Tables(), memory.Tables()
         self._load()
 
     def set_camera_parameters(
@@ -281,40 +279,30 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
     def _load(self) -> None:
         """Copy the view into the fields that kernels read, and then the matrix, which may be made of them."""
         angle = 0.0 if self.is_parallel else self.view.angle(self.width / self.height)
-        is_replaced, dtype = "compute_matrix" in replaced(self), runtime.dtype()
-        for tables in (self._numbers_alone, self._tables) if is_replaced else (self._tables,):
-            tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
-            tables.put(self.centre, np.array(self.compute_centre(), dtype))
-            tables.put(self._numbers, np.array([*self.view.eye, *self.view.at, *self.view.up, angle], dtype))
-        if is_replaced:
-            self._load_replaced_matrix()
-        else:
-            self._put_matrix(self.compute_matrix())
-            self._tables.load(self._memory)
-        self.version += 1
-
-    def _load_replaced_matrix(self) -> None:
-        """Let a student's ``compute_matrix`` return the matrix, or set the fields, as it does in the course."""
-        self._numbers_alone.load(self._memory)
+        self._memory.write(self.half_size, self.compute_half_size())
+        self._memory.write(self.centre, self.compute_centre())
+        self._memory.write(self._numbers, [*self.view.eye, *self.view.at, *self.view.up, angle])
         if runs_in_kernels(self.compute_matrix):
             self._load_own_matrix()
-            return
-        self._memory.write(self.camera_to_world, np.zeros((4, 4)))
+        else:
+            self._load_matrix()
+        self.version += 1
+
+    def _load_matrix(self) -> None:
+        """Load what ``compute_matrix`` returns; a student's may set the field instead, as it does in the course."""
+        self._memory.clear(self.camera_to_world)
         matrix = self.compute_matrix()
         if matrix is not None:
-            self._put_matrix(np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64))
-            self._tables.load(self._memory)
+            matrix = np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64)
+            if matrix.shape != (4, 4):
+                raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
+            self._memory.write(self.camera_to_world, matrix)
+            for axis, column in zip((self.x, self.y, self.z), matrix[:3].T, strict=False):
+                self._memory.write(axis, column)
         elif not self._memory.read(self.camera_to_world).any():
             name, advice = f"{type(self).__name__}.compute_matrix", "return a 4 x 4 matrix"
             text = f"{name} has no return with a value, and sets no camera_to_world[None]: {advice}"
             raise fault(self.compute_matrix, text)
-
-    def _put_matrix(self, matrix: np.ndarray) -> None:
-        if matrix.shape != (4, 4):
-            raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
-        self._tables.put(self.camera_to_world, np.ascontiguousarray(matrix, runtime.dtype()))
-        for axis, column in zip((self.x, self.y, self.z), matrix[:3].T, strict=False):
-            self._tables.put(axis, np.ascontiguousarray(column, runtime.dtype()))
 
     def matrix(self) -> np.ndarray:
         """The camera-to-world matrix, (4, 4) float64; where ``compute_matrix`` is replaced, what it has set."""

@@ -82,15 +82,12 @@ class Environment(KnownAttributes):
         self.version = 0
 
         self._memory = memory.Memory()
-        builder = self._memory.fields
         self.texels = ti.Vector.field(3, float)
-        self.settings = ti.field(float)
-        builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
-        builder.dense(ti.i, 2).place(self.settings)  # the intensity, and the rotation as a fraction of a full turn
-        self._memory.allocate()
-        tables = memory.Tables()
-        tables.put(self.texels, self.pixels)
-        tables.load(self._memory)
+        self.settings = ti.field(float)  # the intensity, and the rotation as a fraction of a full turn
+        with self._memory as builder:
+            builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
+            builder.dense(ti.i, 2).place(self.settings)
+        self._memory.write(self.texels, self.pixels)
         self._intensity, self.rotation = 1.0, 0.0
         self.set_intensity(intensity)
         self.set_rotation(rotation)

@@ -12,7 +12,7 @@ from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.memory import Memory, Tables, varying
+from taichi_tracer.system.memory import Memory, varying
 
 # Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
 MANY_TRIANGLES = 200_000
@@ -132,7 +132,10 @@ class Mesh:
 
 def check(mesh: Mesh) -> None:
     """Raise an InputError if the arrays of ``mesh`` do not fit together; it names the triangle and the value."""
-    for name, array, width in (("vertices", mesh.vertices, 3), ("faces", mesh.faces, 3), ("normals", mesh.normals, 3)):
+    for name, array, width in (
+        *(("vertices", mesh.vertices, 3), ("faces", mesh.faces, 3)),
+        *(("normals", mesh.normals, 3), ("spheres", mesh.spheres, 4)),
+    ):
         if array.ndim != 2 or array.shape[1] != width:
             raise InputError(f"{mesh.source}: {name} must have the shape (n, {width}), not {array.shape}")
     for name, ids, of in (("vertex", mesh.faces, mesh.vertices), ("normal", mesh.face_normals, mesh.normals)):
@@ -144,8 +147,6 @@ def check(mesh: Mesh) -> None:
                 f"{mesh.source}: triangle {triangle} has {name} index {ids[triangle, corner]}, which is out of range "
                 f"(there are {len(of)}, counted from 0)"
             )
-    if mesh.spheres.ndim != 2 or mesh.spheres.shape[1] != 4:
-        raise InputError(f"{mesh.source}: spheres must have the shape (n, 4), not {mesh.spheres.shape}")
     for name, ids, count in (
         ("face_materials", np.asarray(mesh.face_materials), len(mesh.faces)),
         ("sphere_materials", mesh.sphere_materials, len(mesh.spheres)),
@@ -303,7 +304,7 @@ class Geometry:
             self.normals = ti.Vector.field(3, float)
             self.triangle_normal_ids = ti.Vector.field(3, ti.i32)
             added = self.n_triangles if completes_normals else 0
-            fields.dense(ti.i, max(1, self.n_vertex_normals + added)).place(self.normals)
+            fields.dense(ti.i, max(1, self.n_vertex_normals) + added).place(self.normals)
             per_face.place(self.triangle_normal_ids)
         if effects.spheres:
             self.spheres = ti.Vector.field(4, float)
@@ -352,38 +353,39 @@ class Geometry:
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 
-    def load(self, memory: Memory, others: Tables | None = None) -> None:
+    def load(self, memory: Memory) -> None:
         """Copy the arrays into the fields; call it after the fields were allocated.
 
         Args:
             memory: of the fields.
-            others: further arrays for fields of the same memory, which are copied together; None is none.
         """
-        mesh, dtype = self.mesh, runtime.dtype()
-        tables = Tables() if others is None else others
+        mesh = self.mesh
         if self.n_triangles > 0:
-            tables.put(self.vertices, mesh.vertices)
-            tables.put(self.triangle_vertex_ids, mesh.faces)
-            tables.put(self.triangle_material_ids, np.asarray(mesh.face_materials))
+            memory.write(self.vertices, mesh.vertices)
+            memory.write(self.triangle_vertex_ids, mesh.faces)
+            memory.write(self.triangle_material_ids, np.asarray(mesh.face_materials))
+        corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
         if 0 < self.n_triangles < MANY_TRIANGLES:
-            corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
-            tables.put(self.unit_normals, unit_normals(*corners))
-            tables.put(self.thinness, thinness_of(*corners))
-        if self.has_normals and self.n_triangles > 0 and not self.completes_normals:
-            tables.put(self.normals, mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3), dtype))
-            ids = mesh.face_normals
-            tables.put(self.triangle_normal_ids, ids if len(ids) > 0 else np.full((self.n_triangles, 3), -1, np.int32))
+            memory.write(self.unit_normals, unit_normals(*corners))
+            memory.write(self.thinness, thinness_of(*corners))
+        if self.has_normals and self.n_triangles > 0:
+            normals, ids = mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3)), mesh.face_normals
+            if len(ids) == 0:
+                ids = np.full((self.n_triangles, 3), -1, np.int32)
+            if self.completes_normals:  # behind those of the file, the normals of the planes
+                ids = np.where(ids < 0, len(normals) + np.arange(self.n_triangles, dtype=np.int32)[:, None], ids)
+                normals = np.concatenate([normals, unit_normals(*corners)])
+            memory.write(self.normals, normals)
+            memory.write(self.triangle_normal_ids, ids)
+        if self.n_spheres > 0:
+            memory.write(self.spheres, mesh.spheres)
+            memory.write(self.sphere_material_ids, mesh.sphere_materials)
         if self.effects.spheres and self.n_primitives > 0:
-            tables.put(self.spheres, mesh.spheres)
-            tables.put(self.sphere_material_ids, mesh.sphere_materials)
-            tables.put(self.primitives, mesh.primitives())
+            memory.write(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
-            tables.put(self.culls, mesh.face_culls.astype(np.int32))
-        tables.load(memory)
+            memory.write(self.culls, mesh.face_culls.astype(np.int32))
         if self.n_triangles >= MANY_TRIANGLES:
             self._set_normals()
-        if self.completes_normals and self.n_triangles > 0:
-            self._complete_normals(memory)
 
     @ti.kernel
     def _set_normals(self):
@@ -391,17 +393,6 @@ class Geometry:
             v0, v1, v2 = self.triangle(i)
             self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
             self.thinness[i] = thinness(v0, v1, v2)
-
-    def _complete_normals(self, memory: Memory) -> None:
-        """Give a normal to every corner: behind those of the file, the normals of the planes."""
-        normals, ids = self.mesh.normals, self.mesh.face_normals
-        if len(ids) == 0:
-            normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
-        own = len(normals) + np.arange(self.n_triangles)[:, None]
-        tables = Tables()
-        tables.put(self.normals, np.concatenate([normals, self.unit_normals.to_numpy()]))
-        tables.put(self.triangle_normal_ids, np.where(ids < 0, own, ids))
-        tables.load(memory)
 
     @ti.func
     def triangle(self, triangle_id):

@@ -19,7 +19,7 @@ from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, one_of, printable
-from taichi_tracer.system.memory import Tables
+from taichi_tracer.system.memory import Memory
 from taichi_tracer.system.parts import PARTS, Spelled, replaced
 
 if TYPE_CHECKING:
@@ -239,13 +239,11 @@ class MaterialLibrary:
         ]
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
 
-    def tables(self) -> Tables:
-        """The arrays for the fields, which are to be copied after the fields were allocated."""
-        tables = Tables()
+    def load(self, memory: Memory) -> None:
+        """Copy the numbers into the fields, after the fields of ``memory`` were allocated."""
         if len(self.materials) > 0:
-            tables.put(self.table, self.as_table(self.materials))
-            tables.put(self.brdf_ids, np.array(self.brdf_of, np.int32).T)
-        return tables
+            memory.write(self.table, self.as_table(self.materials))
+            memory.write(self.brdf_ids, np.array(self.brdf_of, np.int32).T)
 
     @compile_time
     def get(self, material_id):
@@ -357,28 +355,28 @@ class Textures:
             self.colors = ti.Vector.field(3, float)
             fields.dense(ti.i, 3 * mesh.num_primitives).place(self.colors)
 
-    def put(self, tables: Tables) -> None:
-        """Give ``tables`` the arrays of the fields."""
+    def load(self, memory: Memory) -> None:
+        """Copy the arrays into the fields, after the fields of ``memory`` were allocated."""
         mesh, materials = self._mesh, self._mesh.materials
-        tables.put(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
+        memory.write(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
         if self.has_layers:
-            tables.put(self.bases, np.array([m.value(BASE, (0.0, 0.0, 0.0)) for m in materials]))
+            memory.write(self.bases, np.array([m.value(BASE, (0.0, 0.0, 0.0)) for m in materials]))
         rows = mesh.primitives()
         is_triangle = rows >= 0
         if self.has_pictures:
             places = [self._place(m, name) for m in materials for name in TEXTURES]
-            tables.put(self.places, np.array(places, np.int32))
-            tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
+            memory.write(self.places, np.array(places, np.int32))
+            memory.write(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
             of_triangles = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
             coordinates = np.tile(OF_SPHERE, (len(rows), 1, 1))
             coordinates[is_triangle] = of_triangles[rows[is_triangle]]
-            tables.put(self.coordinates, coordinates.reshape(-1, 2))
+            memory.write(self.coordinates, coordinates.reshape(-1, 2))
             if mesh.has_holes:
-                tables.put(self.hole_coordinates, of_triangles.reshape(-1, 2))
+                memory.write(self.hole_coordinates, of_triangles.reshape(-1, 2))
         if self.has_colors:
             colors = np.ones((len(rows), 3, 3))
             colors[is_triangle] = np.asarray(mesh.corner_color)[rows[is_triangle]]
-            tables.put(self.colors, colors.reshape(-1, 3))
+            memory.write(self.colors, colors.reshape(-1, 3))
 
     def _place(self, material: Material, name: str) -> list[int]:
         texture = getattr(material, name)

@@ -4,9 +4,10 @@ Whatever makes a scene or a renderer takes its options as ``**options: "Unpack[S
 checker then know every name and type, as if they stood in the signature; with ``with_options``, so does ``help``.
 """
 
+from __future__ import annotations  # the types of options are shown as they are written here
+
 import copy
 import inspect
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
@@ -136,7 +137,7 @@ class RendererOptions(TypedDict, total=False):
     first_sample: int
     crop: tuple[int, int, int, int] | None
     adaptive: bool | None
-    integrator: "str | Integrator | type[Integrator] | Enum | None"
+    integrator: str | Integrator | type[Integrator] | Enum | None
 
 
 RENDERER_DEFAULTS: RendererOptions = {
@@ -183,11 +184,16 @@ def with_options(options: type, defaults: Mapping[str, Any], **other: Any) -> Ca
     def show(function: Function) -> Function:
         signature = inspect.signature(function)
         named = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+        only_by_name = inspect.Parameter.KEYWORD_ONLY
         shown = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=types[name])
+            inspect.Parameter(name, only_by_name, default=default, annotation=types[name].__forward_arg__)
             for name, default in {**defaults, **other}.items()
         ]
-        function.__signature__ = with_short_names(signature.replace(parameters=[*named, *shown]))  # type: ignore[attr-defined]
+        parameters = [
+            p if p.name == "self" else p.replace(annotation=AsWritten(p.annotation)) for p in [*named, *shown]
+        ]
+        returns = AsWritten(signature.return_annotation)
+        function.__signature__ = signature.replace(parameters=parameters, return_annotation=returns)  # type: ignore[attr-defined]
         function.__doc__ = "\n\n".join(inspect.cleandoc(text or "") for text in (function.__doc__, options.__doc__))
         return function
 
@@ -195,32 +201,11 @@ def with_options(options: type, defaults: Mapping[str, Any], **other: Any) -> Ca
     return show
 
 
-class ShortName:
-    """An annotation that ``help`` and ``inspect.signature`` show with names alone, without their modules."""
-
-    def __init__(self, annotation: Any) -> None:
-        text = getattr(annotation, "__forward_arg__", annotation)
-        text = inspect.formatannotation(text) if not isinstance(text, str) else text
-        text = re.sub(r"\b(?:\w+\.)+(\w+)", r"\1", text.replace(ARRAY_LIKE, "ArrayLike"))
-        union = re.fullmatch(r"Union\[(.*)\]", text)
-        self.text = union[1].replace(", ", " | ").replace("NoneType", "None") if union else text
+class AsWritten(str):
+    """An annotation that ``help`` and ``inspect.signature`` show as it stands in the file."""
 
     def __repr__(self) -> str:
-        return self.text
-
-
-ARRAY_LIKE = inspect.formatannotation(ArrayLike).removeprefix("Union[").removesuffix("]")  # also in other unions
-
-
-def with_short_names(signature: inspect.Signature) -> inspect.Signature:
-    """A signature whose annotations are shown with names alone."""
-    empty = inspect.Parameter.empty
-
-    def short(annotation: Any) -> Any:
-        return annotation if annotation is empty else ShortName(annotation)
-
-    shown = [p.replace(annotation=short(p.annotation)) for p in signature.parameters.values()]
-    return signature.replace(parameters=shown, return_annotation=short(signature.return_annotation))
+        return str(self)
 
 
 FEW_PRIMITIVES = 1_000  # up to so many, the time to compile the wide hierarchy may be longer than what it saves

@@ -1,5 +1,7 @@
 """What a renderer is made of: a scene, a camera, a sampler, a film, and the integrators that it offers."""
 
+from __future__ import annotations
+
 import copy
 from enum import Enum
 from pathlib import Path
@@ -45,7 +47,7 @@ def not_a_scene(renderer: str, given: object) -> InputError:
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
-def unknown_integrator(renderer: "RendererParts", chosen: str) -> InputError:
+def unknown_integrator(renderer: RendererParts, chosen: str) -> InputError:
     """The error for the name of what a renderer does not offer; it says which other does."""
     message = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
     other = next((part for part in PARTS.all("integrator") if chosen in (part.name, *part.aliases)), None)
@@ -93,7 +95,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
     @one_at_a_time
     @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
-        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
+        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: Unpack[RendererOptions]
     ) -> None:
         given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
         if not isinstance(scene_data, SceneData):
@@ -168,7 +170,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         """The names of the integrators in ``offered``."""
         return [part.name for part in cls.offered()]
 
-    def use(self, integrator: IntegratorChoice) -> "Self":
+    def use(self, integrator: IntegratorChoice) -> Self:
         """Choose what to render. Returns the renderer.
 
         Args:

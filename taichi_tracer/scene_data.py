@@ -1,5 +1,7 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
+from __future__ import annotations
+
 import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -65,7 +67,7 @@ class SceneData(KnownAttributes, RayQueries):
 
     @one_at_a_time
     @with_options(SceneOptions, SCENE_DEFAULTS)
-    def __init__(self, mesh: Mesh, **options: "Unpack[SceneOptions]") -> None:
+    def __init__(self, mesh: Mesh, **options: Unpack[SceneOptions]) -> None:
         self.given_mesh, self.given = mesh, all_options("SceneData", options, SCENE_DEFAULTS)
         given = self.given
         chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
@@ -97,13 +99,13 @@ class SceneData(KnownAttributes, RayQueries):
             self.textures = Textures(mesh, builder) if self.effects.textures else None
             if mesh.placed is not None:
                 self.geometry.places = Places(mesh.placed, builder, self.effects.spheres)
-        tables = self.material_library.tables()
+        self.material_library.load(self._memory)
         if mesh.placed is not None:
-            self.geometry.places.put(tables)
+            self.geometry.places.load(self._memory)
         if self.textures is not None:
             self.geometry.textures, self.textures.instances = self.textures, self.geometry.places
-            self.textures.put(tables)
-        self.geometry.load(self._memory, tables)
+            self.textures.load(self._memory)
+        self.geometry.load(self._memory)
         with stage(BUILD, waits=True):
             self.ray_intersector = make_intersector(chosen, self.geometry, chosen_test)
         self.material_library.intersector = self.ray_intersector

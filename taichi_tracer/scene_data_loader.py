@@ -1,5 +1,7 @@
 """Load a scene by its name or by the path of its file."""
 
+from __future__ import annotations
+
 import functools
 import os
 import warnings
@@ -17,7 +19,7 @@ from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
 from taichi_tracer.files.disk import scene_data_dir
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
-from taichi_tracer.geometry import Geometry, Mesh, check
+from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.instances import view_of_mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.meshes.parts import surface_of
@@ -154,7 +156,7 @@ def load_scene_data(
     environment_name: Any = None,
     *,
     scene_name: SceneName | None = None,
-    **options: "Unpack[SceneOptions]",
+    **options: Unpack[SceneOptions],
 ) -> SceneData:
     """Read a scene.
 
@@ -186,8 +188,6 @@ def load_scene_data(
     if is_document(path):
         return scene_of_document(import_quickly("taichi_tracer.rt3.document").read_rt3(path), **options)
     mesh = read(path)
-    if len(mesh.faces) == 0 and not mesh.instances:
-        raise InputError(f"{path}: the file has no triangles")
     options["up_axis"], options["view"] = orientation_and_view(
         path, mesh, options.get("up_axis", FILE), options.get("view")
     )
@@ -200,7 +200,6 @@ def orientation_and_view(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any 
     Nothing is guessed of a shipped scene, nor of objects in many places. A guess that z points upwards is noted.
     """
     guesses = path.parent != scene_data_dir() and not mesh.instances
-    check(mesh)
     surface = surface_of(mesh) if guesses and (view is None or is_file(up_axis)) else None
     if is_file(up_axis):
         up_axis = "y" if surface is None or path.suffix.lower() in Y_IS_UP else guessed_up_axis(surface)
@@ -229,7 +228,7 @@ def scene_from_mesh(
     normals: ArrayLike | None = None,
     face_materials: ArrayLike | None = None,
     uv: ArrayLike | None = None,
-    **options: "Unpack[SceneOptions]",
+    **options: Unpack[SceneOptions],
 ) -> SceneData:
     """A scene from arrays, from a ``Mesh``, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
@@ -297,7 +296,7 @@ def is_document(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".xml"
 
 
-def scene_of_document(document: "Document", **options: "Unpack[SceneOptions]") -> SceneData:
+def scene_of_document(document: Document, **options: Unpack[SceneOptions]) -> SceneData:
     """The scene of an RT3 document, with its background, its environment and its ``shots``. Its world may be empty.
 
     Args:

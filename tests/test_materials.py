@@ -26,7 +26,7 @@ def library_of(materials, brdfs=SHIPPED):
     owner = memory.Memory()
     with owner as fields:
         library = MaterialLibrary(materials, list(brdfs), fields)
-    library.tables().load(owner)
+    library.load(owner)
     return library, owner
 
 

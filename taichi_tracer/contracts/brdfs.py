@@ -58,7 +58,7 @@ class Bench:
         self._memory = memory.Memory()
         self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
         self._memory.allocate()
-        self.library.tables().load(self._memory)
+        self.library.load(self._memory)
         # which, w_o, n, (N, 2) ξ → (N, 3) directions; which, w_o, n, w_i → f_r (N, 3), pdf (N,), weight (N, 3)
         self.sample = Rows(bound(sampled, brdf, self.library), [WHOLE, 3, 3, 2], [3])
         self.values = Rows(bound(values, brdf, self.library), [WHOLE, 3, 3, 3], [3, 1, 3])

@@ -28,5 +28,9 @@ def read(path: str | Path) -> Mesh:
     if extension == ".obj":
         from taichi_tracer.files.readers.obj import read_obj
 
-        return read_obj(path)
-    return meshes.read_mesh(path)
+        mesh = read_obj(path)
+    else:
+        mesh = meshes.read_mesh(path)
+    if len(mesh.faces) == 0 and not mesh.instances:
+        raise InputError(f"{path}: the file has no triangles")
+    return mesh

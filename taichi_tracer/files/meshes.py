@@ -26,7 +26,7 @@ def read_mesh(path: str | Path) -> Mesh:
     """Read a PLY, STL, GLB, glTF or OFF file. Vertex normals are read from the file and never computed.
 
     Raises:
-        InputError: the file is damaged, or has no triangles.
+        InputError: the file is damaged.
     """
     path = Path(path)
     raw, kind = read_bytes(path), path.suffix[1:].lower()
@@ -42,8 +42,6 @@ def read_mesh(path: str | Path) -> Mesh:
         text = f"{path}: cannot be read as {kind.upper()} ({reason})"
         raise InputError(reason if reason.startswith(f"{path}: ") else text) from None
     mesh.notes = [f"{path}: {note}" for note in notes]
-    if len(mesh.faces) == 0 and not mesh.instances:
-        raise InputError(f"{path}: the file has no triangles")
     return mesh
 
 

@@ -20,7 +20,7 @@ from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.memory import Tables, varying
+from taichi_tracer.system.memory import Memory, varying
 from taichi_tracer.system.parts import overridable
 
 # ── where the objects stand ──
@@ -53,17 +53,17 @@ class Places:
         place.dense(ti.j, 3).place(self.matrices)
         place.dense(ti.j, 3).place(self.inverses)
 
-    def put(self, tables: Tables) -> None:
-        """Give ``tables`` the arrays of the fields."""
+    def load(self, memory: Memory) -> None:
+        """Copy the arrays into the fields, after the fields of ``memory`` were allocated."""
         placed, dtype = self._placed, runtime.dtype()
         wide = np.float64 if runtime.has_f64() else np.float32
         starts = placed.starts[:-1]
-        tables.put(self.matrices, placed.matrices.astype(wide))
-        tables.put(self.inverses, placed.inverses().astype(wide if self.inverses.dtype == ti.f64 else dtype))
-        tables.put(self.starts, starts.astype(np.int32))
-        tables.put(self.shifts, (placed.primitives[placed.object_of] - starts).astype(np.int32))
-        tables.put(self.objects, placed.object_of.astype(np.int32))
-        tables.put(self.facing, np.where(np.linalg.det(placed.matrices[:, :, :3]) < 0, -1, 1).astype(dtype))
+        memory.write(self.matrices, placed.matrices.astype(wide))
+        memory.write(self.inverses, placed.inverses().astype(wide if self.inverses.dtype == ti.f64 else dtype))
+        memory.write(self.starts, starts.astype(np.int32))
+        memory.write(self.shifts, (placed.primitives[placed.object_of] - starts).astype(np.int32))
+        memory.write(self.objects, placed.object_of.astype(np.int32))
+        memory.write(self.facing, np.where(np.linalg.det(placed.matrices[:, :, :3]) < 0, -1, 1).astype(dtype))
 
     @ti.func
     def place_of(self, primitive_id):

@@ -329,7 +329,7 @@ class _Brdfs:
         self.library = MaterialLibrary(materials, brdfs, self._memory.fields)
         self.brdfs = self.library.brdfs
         self._memory.allocate()
-        self.library.tables().load(self._memory)
+        self.library.load(self._memory)
 
     @ti.func
     def ask(self, number, w_o, xi):
