@@ -117,7 +117,7 @@ def _found(scene, blockers: str, microfacets: bool) -> dict[str, Any]:
         "lamps": emits,
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
-        "culling": mesh.has_culling,
+        "culling": mesh.face_culls is not None and bool(mesh.face_culls.any()),
         "holes": mesh.has_holes,
         "instances": mesh.placed is not None,
         "textures": mesh.has_pictures or mesh.corner_color is not None,

@@ -160,22 +160,13 @@ class Environment(KnownAttributes):
     def radiance(self, direction):
         """The radiance that arrives from a unit direction."""
         u, v = self.coords(direction)
-        return self.radiance_at(u, v)
-
-    @ti.func
-    def radiance_at(self, u, v):
-        """The radiance that arrives from the direction with these ``coords``."""
         value = tm.vec3(0)
         if ti.static(self.lookup == "nearest"):
-            value = self.radiance_of(*self.texel_of(u, v))
+            row, column = self.texel_of(u, v)
+            value = self.texels[row, column]
         else:
-            value = self.settings[0] * self.bilinear(u, v)
-        return value
-
-    @ti.func
-    def radiance_of(self, row, column):
-        """The radiance of one texel."""
-        return self.settings[0] * self.texels[row, column]
+            value = self.bilinear(u, v)
+        return self.settings[0] * value
 
     @ti.func
     def bilinear(self, u, v):

@@ -106,11 +106,6 @@ class Mesh:
         """Whether rays pass through parts of a triangle."""
         return self.has_pictures and any(self.materials[i].has_holes for i in self.used_materials())
 
-    @property
-    def has_culling(self) -> bool:
-        """Whether rays pass through the back of at least one triangle."""
-        return self.face_culls is not None and bool(self.face_culls.any())
-
     def used_materials(self) -> np.ndarray:
         """The ids of the materials that at least one primitive has, in ascending order."""
         return np.flatnonzero(np.bincount(np.concatenate([self.face_materials, self.sphere_materials])))
@@ -318,17 +313,9 @@ class Geometry:
             per_face.place(self.culls)
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        mesh = self.mesh
-        if mesh.placed is not None:
-            used = mesh.placed.points(mesh.placed.boxes(mesh))
-            used = used if len(used) > 0 else np.zeros((1, 3))
-            return box_of(used)
-        corners = [mesh.vertices[np.isin(np.arange(len(mesh.vertices)), mesh.faces)]] if len(mesh.faces) > 0 else []
-        if len(mesh.spheres) > 0:
-            corners += np.split(self.sphere_boxes(), 2, axis=1)
-        used = np.concatenate(corners) if corners else np.zeros((1, 3))
-        low, high = box_of(used)
-        return low.astype(np.float64), high.astype(np.float64)
+        placed = self.mesh.placed
+        corners = self.hittable()[1] if placed is None else placed.points(placed.boxes(self.mesh))
+        return box_of(corners.reshape(-1, 3).astype(np.float64) if len(corners) > 0 else np.zeros((1, 3)))
 
     def sphere_boxes(self) -> np.ndarray:
         """(n, 6) low and high corner of the box of every sphere that a ray can hit, in the running precision."""

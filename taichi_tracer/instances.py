@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.formulas.view import FROM, view_of_points, world_axes
@@ -49,12 +48,12 @@ class Instances:
 
     Attributes:
         mesh: the mesh, which may have instances itself.
-        transforms: (n, 4, 4) or (4, 4) matrices from the mesh to its places: any that moves, turns, scales, shears or
-            mirrors. A mirrored front stays a front.
+        transforms: (n, 4, 4) or (4, 4) matrices from the mesh to its places, afterwards float64: any that moves, turns,
+            scales, shears or mirrors. A mirrored front stays a front.
     """
 
     mesh: Mesh
-    transforms: "ArrayLike"
+    transforms: Any
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, Mesh):
@@ -73,13 +72,8 @@ class Instances:
             )
         self.transforms = matrices
 
-    @property
-    def matrices(self) -> np.ndarray:
-        """(n, 4, 4) float64, the transforms."""
-        return np.asarray(self.transforms)
-
     def __repr__(self) -> str:
-        return f"Instances({self.mesh!r}, {len(self.matrices):,} places)"
+        return f"Instances({self.mesh!r}, {len(self.transforms):,} places)"
 
 
 @dataclass(frozen=True)
@@ -261,7 +255,7 @@ def _count_places(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, tuple[int
         if id(one.mesh) not in known:
             _count_places(one.mesh, (*path, one.mesh), known)
         inner, levels_below = known[id(one.mesh)]
-        places, levels = places + len(one.matrices) * inner, max(levels, 1 + levels_below)
+        places, levels = places + len(one.transforms) * inner, max(levels, 1 + levels_below)
         if places > MOST_PLACES or levels > MOST_LEVELS:
             excess = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
             raise InputError(f"{way}: {excess}")
@@ -281,8 +275,8 @@ def _places(
         yield mesh, matrices, at
     at = at + int(mesh.num_primitives > 0)
     for one in mesh.instances:
-        size, count = counts[id(one.mesh)][0], len(one.matrices)
-        every = (matrices[:, None] @ one.matrices[None]).reshape(-1, 4, 4)
+        size, count = counts[id(one.mesh)][0], len(one.transforms)
+        every = (matrices[:, None] @ one.transforms[None]).reshape(-1, 4, 4)
         yield from _places(one.mesh, every, (at[:, None] + size * np.arange(count)).reshape(-1), counts)
         at = at + size * count
 

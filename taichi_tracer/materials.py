@@ -275,7 +275,6 @@ HOLES = "map_d"
 KINDS = len(TEXTURES)
 LAYER, HOLE, GLOSS = (TEXTURES.index(name) for name in ("map_layer", HOLES, "map_Ks"))
 FARTHEST = 2.0**20  # of a texture coordinate; farther out, f32 does not know its place in the picture
-OF_SPHERE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,16 +319,17 @@ class Textures:
         places: (4M, 5) for each of ``TEXTURES`` of each material: the first of its texels (−1: there is none), the
             width and the height, and the places of both wraps in ``WRAPS``.
         metalness, bases: (M,) see ``METALLIC`` and ``BASE``.
-        coordinates: (3P,) the texture coordinates of the three corners of each primitive. A sphere has those with which
-            its longitude and latitude are (u, v).
-        colors: (3P,) the colours of the same corners.
-        hole_coordinates: (3T,) the texture coordinates of the corners of each triangle, if some have holes.
+        coordinates: (3T,) the texture coordinates of the three corners of each triangle. Those of a sphere are its
+            longitude and latitude.
+        colors: (3T,) the colours of the same corners.
+        instances, primitives: the ``Places`` and the ``primitives`` of the geometry, if the scene has them.
     """
 
     def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
         self._mesh = mesh
-        self.has_instances = mesh.placed is not None
-        self.instances: Any = None  # the ``Places`` of the scene, if objects stand in several places
+        self.has_instances, self.has_spheres = mesh.placed is not None, len(mesh.spheres) > 0
+        self.instances: Any = None
+        self.primitives: Any = None
         self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
         used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
         self.has_layers = self.has_pictures and any(material.map_layer is not None for material in mesh.materials)
@@ -343,17 +343,14 @@ class Textures:
             self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
             self.places = ti.field(ti.i32)
             fields.dense(ti.i, sum(sizes)).place(self.texels)
-            fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
+            fields.dense(ti.i, max(1, 3 * len(mesh.faces))).place(self.coordinates)
             fields.dense(ti.ij, (KINDS * len(mesh.materials), 5)).place(self.places)
-        if mesh.has_holes:
-            self.hole_coordinates = ti.Vector.field(2, float)
-            fields.dense(ti.i, 3 * len(mesh.faces)).place(self.hole_coordinates)
         if self.has_layers:
             self.bases = ti.Vector.field(3, float)
             per_material.place(self.bases)
         if self.has_colors:
             self.colors = ti.Vector.field(3, float)
-            fields.dense(ti.i, 3 * mesh.num_primitives).place(self.colors)
+            fields.dense(ti.i, max(1, 3 * len(mesh.faces))).place(self.colors)
 
     def load(self, memory: Memory) -> None:
         """Copy the arrays into the fields, after the fields of ``memory`` were allocated."""
@@ -361,22 +358,15 @@ class Textures:
         memory.write(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
         if self.has_layers:
             memory.write(self.bases, np.array([m.value(BASE, (0.0, 0.0, 0.0)) for m in materials]))
-        rows = mesh.primitives()
-        is_triangle = rows >= 0
         if self.has_pictures:
             places = [self._place(m, name) for m in materials for name in TEXTURES]
             memory.write(self.places, np.array(places, np.int32))
             memory.write(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
-            of_triangles = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
-            coordinates = np.tile(OF_SPHERE, (len(rows), 1, 1))
-            coordinates[is_triangle] = of_triangles[rows[is_triangle]]
-            memory.write(self.coordinates, coordinates.reshape(-1, 2))
-            if mesh.has_holes:
-                memory.write(self.hole_coordinates, of_triangles.reshape(-1, 2))
-        if self.has_colors:
-            colors = np.ones((len(rows), 3, 3))
-            colors[is_triangle] = np.asarray(mesh.corner_color)[rows[is_triangle]]
-            memory.write(self.colors, colors.reshape(-1, 3))
+            coordinates = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
+            if len(coordinates) > 0:
+                memory.write(self.coordinates, coordinates.reshape(-1, 2))
+        if self.has_colors and len(mesh.faces) > 0:
+            memory.write(self.colors, np.asarray(mesh.corner_color).reshape(-1, 3))
 
     def _place(self, material: Material, name: str) -> list[int]:
         texture = getattr(material, name)
@@ -386,19 +376,23 @@ class Textures:
         return [self._first[texture], width, height, *map(WRAPS.index, texture.wrap)]
 
     @ti.func
-    def between(self, of_corners: ti.template(), hit):
+    def between(self, of_corners: ti.template(), hit, of_sphere):
         """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
-        number = hit.triangle_id
+        number, value = hit.triangle_id, of_sphere
         if ti.static(self.has_instances):
             number = self.instances.number(hit.triangle_id)
-        return weighted(of_corners, number, hit.barycentric_coords.x, hit.barycentric_coords.y)
+        if ti.static(self.has_spheres):
+            number = self.primitives[number]
+        if number >= 0:
+            value = weighted(of_corners, number, hit.barycentric_coords.x, hit.barycentric_coords.y)
+        return value
 
     @ti.func
     def color(self, hit):
         """The colour of the texture at a hit, times that of the triangle; each is 1 where there is none."""
         color = tm.vec3(1)
         if ti.static(self.has_colors):
-            color = self.between(self.colors, hit)
+            color = self.between(self.colors, hit, tm.vec3(1))
         if ti.static(self.has_pictures):
             color *= self.of_kind(0, hit)
         return color
@@ -416,7 +410,7 @@ class Textures:
         """Whether rays pass through a point of a triangle."""
         found, row = False, KINDS * material_id + HOLE
         if self.places[row, 0] >= 0:
-            found = self.bilinear(row, weighted(self.hole_coordinates, triangle_id, u, v)).x < 0.5
+            found = self.bilinear(row, weighted(self.coordinates, triangle_id, u, v)).x < 0.5
         return found
 
     @ti.func
@@ -424,7 +418,7 @@ class Textures:
         """(u, v) of a hit; 0 where no surface has a picture."""
         uv = tm.vec2(0)
         if ti.static(self.has_pictures):
-            uv = self.between(self.coordinates, hit)
+            uv = self.between(self.coordinates, hit, hit.barycentric_coords)
         return uv
 
     @ti.func

@@ -104,6 +104,7 @@ class SceneData(KnownAttributes, RayQueries):
             self.geometry.places.load(self._memory)
         if self.textures is not None:
             self.geometry.textures, self.textures.instances = self.textures, self.geometry.places
+            self.textures.primitives = self.geometry.primitives if self.textures.has_spheres else None
             self.textures.load(self._memory)
         self.geometry.load(self._memory)
         with stage(BUILD, waits=True):

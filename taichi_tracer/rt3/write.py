@@ -143,7 +143,7 @@ def _world(mesh: Mesh) -> Iterator[str]:
             yield tag("object_instance_begin", name=called[id(own)])
         yield from _objects(one, names)
         for instances in one.instances:
-            for matrix in instances.matrices:
+            for matrix in instances.transforms:
                 yield from _call(called[id(instances.mesh)], matrix)
         if own is not mesh:
             yield tag("object_instance_end")
