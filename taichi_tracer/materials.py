@@ -177,11 +177,6 @@ class Materials(list):
         return super().__getitem__(index)
 
 
-@ti.func
-def _within(number, count: ti.template()):
-    return tm.clamp(number, 0, count - 1)
-
-
 @ti.data_oriented
 class MaterialLibrary:
     """The materials of one scene, found by material id.
@@ -260,7 +255,7 @@ class MaterialLibrary:
         """The row of a material. Where a user's own intersector says which material was hit, it is one that exists."""
         if self.intersector is None or not replaced(self.intersector):
             return material_id
-        return variable(_within(material_id, len(self.materials)))
+        return variable(ti.min(ti.max(material_id, 0), len(self.materials) - 1))
 
 
 # ── textures ──

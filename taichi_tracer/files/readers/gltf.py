@@ -40,7 +40,7 @@ QUANTIZED = "KHR_mesh_quantization"
 INSTANCING = "EXT_mesh_gpu_instancing"
 READ = (LIGHTS, STRENGTH, UNLIT, TRANSFORM, QUANTIZED, INSTANCING)
 
-GLB_HEADER, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<II")  # magic, version, length; length and type
+GLB_HEADER, GLB_CHUNK = 12, struct.Struct("<II")  # bytes of magic, version and length; length and type
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # of a componentType
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of primitives with triangles
@@ -63,12 +63,9 @@ def json_of(raw: bytes) -> tuple[dict, bytes | None]:
     """The JSON of a file, and the buffer that stands in it if it is a GLB."""
     if raw[:4] != b"glTF":
         return json.loads(raw), None
-    chunks, at = [], GLB_HEADER.size
-    while at < len(raw):
-        length, _ = GLB_CHUNK.unpack_from(raw, at)
-        chunks.append(raw[at + GLB_CHUNK.size : at + GLB_CHUNK.size + length])
-        at += GLB_CHUNK.size + length
-    return json.loads(chunks[0]), chunks[1] if len(chunks) > 1 else None
+    length, _ = GLB_CHUNK.unpack_from(raw, GLB_HEADER)
+    first = GLB_HEADER + GLB_CHUNK.size
+    return json.loads(raw[first : first + length]), raw[first + length + GLB_CHUNK.size :]
 
 
 class Gltf:
