@@ -364,10 +364,9 @@ class Geometry:
                 normals = np.concatenate([normals, unit_normals(*corners)])
             memory.write(self.normals, normals)
             memory.write(self.triangle_normal_ids, ids)
-        if self.n_spheres > 0:
+        if self.effects.spheres:
             memory.write(self.spheres, mesh.spheres)
             memory.write(self.sphere_material_ids, mesh.sphere_materials)
-        if self.effects.spheres and self.n_primitives > 0:
             memory.write(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
             memory.write(self.culls, mesh.face_culls.astype(np.int32))

@@ -358,9 +358,8 @@ class Textures:
             memory.write(self.places, np.array(places, np.int32))
             memory.write(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
             coordinates = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
-            if len(coordinates) > 0:
-                memory.write(self.coordinates, coordinates.reshape(-1, 2))
-        if self.has_colors and len(mesh.faces) > 0:
+            memory.write(self.coordinates, coordinates.reshape(-1, 2))
+        if self.has_colors:
             memory.write(self.colors, np.asarray(mesh.corner_color).reshape(-1, 3))
 
     def _place(self, material: Material, name: str) -> list[int]:

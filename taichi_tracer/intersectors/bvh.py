@@ -44,11 +44,9 @@ class BVHRayIntersector(RayIntersector):
         self._memory.fields.dense(ti.i, len(box)).place(self.low, self.high, self.first, self.count, self.axis)
         self._memory.fields.dense(ti.i, max(1, len(order))).place(self.order)
         self._memory.allocate()
-        tables = memory.Tables()
         fields = self.low, self.high, self.first, self.count, self.axis, self.order
         for field, array in zip(fields, (box[:, :3], box[:, 3:], *links.T, order), strict=True):
-            tables.put(field, np.ascontiguousarray(array))
-        tables.load(self._memory)
+            self._memory.write(field, array)
 
     def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
         """``nodes_of`` the tree over all primitives, with their numbers in its leaves."""

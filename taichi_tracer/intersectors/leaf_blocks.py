@@ -21,7 +21,7 @@ from taichi_tracer.intersectors.lanes import components, lanes_of, larger, share
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
-from taichi_tracer.system.memory import Tables
+from taichi_tracer.system.memory import Memory
 
 NO_ROW = -1  # in place of the number of a triangle
 
@@ -123,8 +123,8 @@ class LeafBlocks:
         block.dense(ti.j, 3).place(self.vertices)
         block.dense(ti.j, BLOCK).place(self.ids)
 
-    def put(self, tables: Tables, rows: np.ndarray, vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray) -> None:
-        """Let ``tables`` write the blocks: ``rows`` has one row of ``faces`` and ``ids`` for each place, or ``NO_ROW``.
+    def load(self, memory: Memory, rows: np.ndarray, vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray) -> None:
+        """Write the blocks: ``rows`` has one row of ``faces`` and ``ids`` for each place, or ``NO_ROW``.
 
         The vertices of an empty place are NaN, with which no condition holds.
         """
@@ -134,8 +134,8 @@ class LeafBlocks:
         corners[is_used] = vertices[faces[own]]
         numbers = np.zeros(len(rows), np.int32)
         numbers[is_used] = ids[own]
-        tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
-        tables.put(self.ids, numbers.reshape(-1, BLOCK))
+        memory.write(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
+        memory.write(self.ids, numbers.reshape(-1, BLOCK))
 
     @compile_time
     def primitive(self, place):

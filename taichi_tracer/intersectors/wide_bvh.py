@@ -86,11 +86,9 @@ class WideBVH(RayIntersector):
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
         rows = np.full(self.num_places, NO_ROW, np.int32)
         rows[places] = order
-        tables = memory.Tables()
         for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):
-            tables.put(field, array)
-        self.blocks.put(tables, rows, *leaf_triangles(geometry), ids)
-        tables.load(self._memory)
+            self._memory.write(field, array)
+        self.blocks.load(self._memory, rows, *leaf_triangles(geometry), ids)
         self.build_seconds = time.perf_counter() - start
 
     @property

@@ -369,9 +369,12 @@ class Memory:
             self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
 
     def write(self, field: Any, numbers: ArrayLike) -> None:
-        """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
+        """Set the numbers of one of these fields: all, as ``field.to_numpy()`` has them, or those of its first rows."""
         self.check("field")
-        field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
+        numbers = np.asarray(numbers, to_numpy_type(field.dtype), order="C")
+        if field.shape and len(numbers) < field.shape[0]:
+            numbers = np.pad(numbers, [(0, field.shape[0] - len(numbers)), *[(0, 0)] * (numbers.ndim - 1)])
+        field.from_numpy(numbers)
 
     def clear(self, field: Any) -> None:
         """Set all numbers of one of these fields to 0."""
@@ -432,34 +435,6 @@ def _destroy(tree: Any, lifetime: Lifetime) -> None:
 # ── arrays that are copied into fields ──
 
 
-class Tables:
-    """Fields and the arrays for them."""
-
-    def __init__(self) -> None:
-        self.tables: dict[int, tuple[Any, np.ndarray]] = {}  # id of the field → the field, its array
-
-    def put(self, field: Any, array: np.ndarray) -> None:
-        """Let ``load`` copy an array into a field, in place of an earlier array for this field.
-
-        Args:
-            array: the numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
-        """
-        self.tables[id(field)] = field, array
-
-    def load(self, memory: Memory) -> None:
-        """Copy all arrays into their fields.
-
-        Args:
-            memory: of the fields, which were allocated.
-        """
-        for field, array in self.tables.values():
-            if memory.has_arrays:
-                field.numbers()[slice(len(array)) if field.shape else ...] = array
-            else:
-                missing = [(0, field.shape[0] - len(array)), *[(0, 0)] * (array.ndim - 1)] if field.shape else 0
-                memory.write(field, np.pad(array, missing) if field.shape else array)
-
-
 def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
     """The memory of new fields with these numbers, and the fields: of i32, or of the running precision.
 
@@ -467,15 +442,15 @@ def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
         arrays: one for each field; those of equal length stand side by side in memory.
         indices: how many of their axes, 1 or 2, fields have as indices; a further axis has the components of vectors.
     """
-    memory, tables, blocks, made = Memory(), Tables(), {}, []
+    memory, blocks, made = Memory(), {}, []
     for array in arrays:
-        dtype, kind = (np.int32, ti.i32) if np.issubdtype(array.dtype, np.integer) else (runtime.dtype(), float)
+        kind = ti.i32 if np.issubdtype(array.dtype, np.integer) else float
         made.append(ti.field(kind) if array.ndim == indices else ti.Vector.field(array.shape[-1], kind))
         counts = array.shape[:indices]
         if counts not in blocks:
             blocks[counts] = memory.fields.dense(ti.i if indices == 1 else ti.ij, counts)
         blocks[counts].place(made[-1])
-        tables.put(made[-1], array.astype(dtype, copy=False))
     memory.allocate()
-    tables.load(memory)
+    for field, array in zip(made, arrays, strict=True):
+        memory.write(field, array)
     return memory, made
