@@ -8,7 +8,7 @@ import contextlib
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -75,7 +75,8 @@ def show(
         session.warm_up()
         return serve(session)
     shown = asked_for(renderer) if all_views else (renderer.active,)
-    paths = write_all(renderer, Path(folder), shown)
+    spp = OFFLINE_SPP if renderer.srgb else 1
+    paths = [save(renderer.use(integrator.name).render(spp), Path(folder)) for integrator in shown]
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
     for path in paths:
         print(f"  {path}")
@@ -86,12 +87,6 @@ def show(
 def asked_for(renderer: ProgressiveRenderer) -> Sequence[Integrator]:
     """What its assignment asks for, of what a renderer offers; everything where it asks for nothing single."""
     return [one for one in renderer.offers if one.name in renderer.asked] or renderer.offers
-
-
-def write_all(renderer: ProgressiveRenderer, folder: Path, shown: Iterable[Integrator]) -> list[Path]:
-    """One picture for each integrator that is to be shown; returns their paths."""
-    spp = OFFLINE_SPP if renderer.srgb else 1
-    return [save(renderer.use(integrator.name).render(spp), folder) for integrator in shown]
 
 
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:

@@ -17,15 +17,6 @@ import taichi as ti
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
 
-MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
-
-
-def thinned(curve: list) -> list:
-    """A curve of at most ``MOST_POINTS`` points, its last one among them."""
-    last = max(0, len(curve) - 1)
-    step = 1 + last // MOST_POINTS
-    return curve[last % step :: step]
-
 
 def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object]) -> None:
     """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.

@@ -152,6 +152,7 @@ function render({ model, el }) {
       bitmap = decoded;
     }
     if (next.id) send({ type: "ack", id: next.id });
+    if (state.busy && next.busy === null) shown.panel = ""; // a choice that was given up is taken back there
     state = { ...state, ...next };
     if ("busy" in next) busySince = next.busy ? performance.now() - 1000 * next.busy.since : 0;
     showStrip();
@@ -161,7 +162,7 @@ function render({ model, el }) {
     if (!bitmap || !state.offered) { setText(message, state.lost ?? ""); return; }
     if (changed("size", `${state.width} ${state.height} ${state.follows}`)) fit();
     draw();
-    Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples, view: state.view });
+    Object.assign(canvas.dataset, { kind: state.kind, view: state.view });
     if (bytes && bytes.byteLength) {
       const now = performance.now();
       frames = [...frames.filter(time => now - time < 1000), now];
@@ -199,7 +200,7 @@ function render({ model, el }) {
     divider.setAttribute("aria-valuenow", Math.round(100 * border));
     sides.forEach((side, k) => {
       side.hidden = !isDouble || (k ? border > 0.97 : border < 0.03);
-      if (isDouble) setText(side, `${state.sides[k].view} · ${numbersOf(state.sides[k]).short}`);
+      if (isDouble) setText(side, [state.sides[k].view, numbersOf(state.sides[k]).short].filter(Boolean).join(" · "));
     });
     const at = state.explained;
     mark.hidden = !at;

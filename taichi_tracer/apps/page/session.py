@@ -20,7 +20,7 @@ import numpy as np
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps.page.channel import Channel, Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process, thinned, warm_up
+from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process, warm_up
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.renderer_state import (
     DIFFERENCE,
@@ -49,6 +49,7 @@ from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
 REST_EVERY, ERROR_EVERY = 0.4, 0.4  # seconds between two lossless pictures, and between two estimates of the error
+ERROR_SHARE = 0.02  # more of the rendered seconds before the next estimate: the chart of an hour has 300 points
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 TRIES = 5  # moving pictures that are tried, until their size is as coarse as they must be
@@ -233,7 +234,6 @@ class Session(Channel):
             renderer = min(unfinished, key=self.progress_of)
             if not renderer.is_current():
                 self.errors.clear()
-                self._next_error = 0.0
             renderer.render()
             self._pictures += 1
             has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
@@ -500,15 +500,16 @@ class Session(Channel):
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
         random = [one for one in self.renderers if one.is_random and one.film.samples > 1]
-        if not random or self.is_moving or self.now() < self._next_error:
+        is_known = self.now() < self._next_error and all(id(one) in self.errors for one in random)
+        if not random or self.is_moving or is_known:
             return
         self.errors = {id(one): error_of(one) for one in random}
         self.curves = {}
         for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
-                self.curves[name if self.mode == OFF else f"{side}: {name}"] = thinned(points)
-        self._next_error = self.now() + ERROR_EVERY
+                self.curves[name if self.mode == OFF else f"{side}: {name}"] = points
+        self._next_error = self.now() + max(ERROR_EVERY, ERROR_SHARE * self.renderer.rendered_seconds)
 
     def picture_key(self) -> tuple:
         """What is compared to find out whether something else was chosen: without the camera's place."""
