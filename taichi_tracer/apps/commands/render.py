@@ -232,12 +232,7 @@ def make_picture(
         times = f"{before}, {describe_times(renderer)}, total {time.perf_counter() - args.started:.2f} s"
         what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
         print(f"{place}: {what} ({times})", flush=True)
-        report_non_finite(renderer)
-        report_missed_error(renderer, interruption)
-        report_better(renderer, picture.target)
-        report_darkness(renderer, image, place)
-        for text in renderer.notes():
-            note(text)
+        add_notes(renderer, image, place, picture.target, interruption)
     if incomplete is not None:
         raise incomplete
 
@@ -259,37 +254,30 @@ def load_scene(request: Request, started: float) -> tuple[SceneData, str]:
     return loaded, f"start {start - started:.2f} s, scene {time.perf_counter() - start:.2f} s"
 
 
-def report_better(renderer: ProgressiveRenderer, target: Target) -> None:
-    """A line on how long a picture of ``GOOD`` takes, if nobody has said when this one ends, and it is worse.
-
-    The square of the error falls as 1/n with n samples.
-    """
-    error = renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
-    if target.is_usual and error > GOOD:
-        seconds = renderer.progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
-        note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
-
-
-def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruption) -> None:
-    """A line if the rendering has ended before it reached the error that was asked for."""
+def add_notes(
+    renderer: ProgressiveRenderer, image: np.ndarray, path: Path, target: Target, interruption: Interruption
+) -> None:
+    """Lines on what is wrong with a picture, and what would make it better."""
+    if renderer.non_finite > 0:  # they are left out (C-20)
+        found = renderer.film.non_finite_samples()[:MOST_PLACES]
+        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
+        note(f"{renderer.non_finite} samples were not finite, not added: {places}")
     progress = renderer.progress
-    target = progress.target.error
-    is_reached = progress.has_reached_error or not renderer.is_random
-    if target is None or is_reached or progress.samples == 0 or interruption.number is not None:
-        return
-    limits = [f"--{name} {getattr(progress.target, name):g}" for name in ("spp", "time")
-              if getattr(progress.target, name) is not None]  # fmt: skip
-    note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")
-
-
-def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path) -> None:
-    """A line if nearly all of the light in a picture is too dim to be seen in a file of 8 bits."""
-    if not renderer.srgb or renderer.has_own_display or path.suffix.lower() not in EIGHT_BITS:
-        return
-    share = share_in_the_dark(image, renderer.display)
-    if share >= MOSTLY_DARK:
-        advice = f"try --exposure {fitting_exposure(image)}"
-        note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
+    if target.error is not None and renderer.is_random and progress.samples > 0 and interruption.number is None:
+        if not progress.has_reached_error:
+            limits = [f"--{name} {getattr(target, name):g}" for name in ("spp", "time") if getattr(target, name)]
+            note(f"an error of {percent(target.error)} was not reached: {' or '.join(limits)} came first")
+    error = renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
+    if target.is_usual and error > GOOD:  # the square of the error falls as 1/n with n samples
+        seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
+        note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
+    if renderer.srgb and not renderer.has_own_display and path.suffix.lower() in EIGHT_BITS:
+        share = share_in_the_dark(image, renderer.display)
+        if share >= MOSTLY_DARK:
+            advice = f"try --exposure {fitting_exposure(image)}"
+            note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
+    for text in renderer.notes():
+        note(text)
 
 
 def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
@@ -311,14 +299,6 @@ def describe_times(renderer: ProgressiveRenderer) -> str:
     if progress.samples == 0:
         return "no more samples were needed"
     return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
-
-
-def report_non_finite(renderer: ProgressiveRenderer) -> None:
-    """A line on samples that were left out because they were not finite, if there were any (C-20)."""
-    if renderer.non_finite > 0:
-        found = renderer.film.non_finite_samples()[:MOST_PLACES]
-        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
-        note(f"{renderer.non_finite} samples were not finite, not added: {places}")
 
 
 # ── before the rendering: which options change nothing, and places that can be written ──

@@ -13,7 +13,7 @@ from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_n
 from taichi_tracer.settings import ADVICE, add_options
 from taichi_tracer.studies import samples
 from taichi_tracer.system.argument_types import at_least_one, number, size, whole
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import InputError, digits_of, one_of
 from taichi_tracer.system.parts import PARTS
 
 IMAGES = (".hdr", ".exr", ".pfm", ".npy", ".png", ".jpg", ".jpeg")
@@ -111,7 +111,7 @@ def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
     if args.normal is not None:
         normal = np.asarray(args.normal) / np.linalg.norm(args.normal)
     found = samples.lamp_counts(scene, point, normal, args.count, args.size, args.seed)
-    where = f"from {vector(point)} with the normal {vector(normal)}"
+    where = f"from {digits_of(np.round(point, 4))} with the normal {digits_of(np.round(normal, 4))}"
     lines = [f"{Path(args.what).stem}, {scene.lamps.count:,} lamps: {args.count:,} samples {where}", ""]
     lines += [*samples.choice_table(found), "", *samples.top_table(found, scene, TOP), ""]
     lines += [
@@ -125,8 +125,3 @@ def maps(args: Namespace, found: list[samples.Counts]) -> dict[str, bytes]:
     """Name → PNG of each map; all have the same scale."""
     brightest, of = max(one.cells.max() for one in found), Path(args.what).stem
     return {one.name: samples.map_png(one, int(brightest), f"{of}: {one.total:,} samples, {one.name}") for one in found}
-
-
-def vector(values) -> str:
-    """Three numbers in brackets."""
-    return "(" + ", ".join(f"{round(float(x), 4) + 0.0:g}" for x in values) + ")"
