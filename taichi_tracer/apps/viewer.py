@@ -71,9 +71,7 @@ def show(
     reason, remedy = missing
     print(f"No window can open here: {reason}.")
     if offers_browser:
-        session = Session(renderer, settings)
-        session.warm_up()
-        return serve(session)
+        return serve(Session(renderer, settings))
     shown = asked_for(renderer) if all_views else (renderer.active,)
     spp = OFFLINE_SPP if renderer.srgb else 1
     paths = [save(renderer.use(integrator.name).render(spp), Path(folder)) for integrator in shown]

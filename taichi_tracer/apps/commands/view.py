@@ -34,7 +34,5 @@ def run(args: Namespace) -> int:
     settings = RenderSettings.of(args)
     renderer = first_renderer(settings, begins_lit=args.browser)
     if args.browser:
-        session = Session(renderer, settings)
-        session.warm_up()
-        return serve(session, forwarded=args.forwarded)
+        return serve(Session(renderer, settings), args.forwarded)
     return show(renderer, settings=settings, offers_browser=sys.stdout.isatty(), all_views=settings.view is None)

@@ -13,7 +13,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
@@ -207,12 +207,13 @@ def open_server(session: Session, forwarded: Sequence[int] = ()) -> LiveServer:
     raise InputError(f"browser: no port from {FIRST_PORT} to {LAST_PORT} is free on {LOOPBACK}")
 
 
-def serve(session: Session, tell: Callable[[str], None] = print, forwarded: Sequence[int] = ()) -> int:
-    """Serve until Ctrl-C; ``forwarded`` as for ``LiveServer``."""
+def serve(session: Session, forwarded: Sequence[int] = ()) -> int:
+    """Compile the first picture, and serve until Ctrl-C; ``forwarded`` as for ``LiveServer``."""
+    session.warm_up()
     server = open_server(session, forwarded)
-    tell(f"Open {server.address}")
-    tell(f"From another machine, first: ssh -N -L {server.port}:{LOOPBACK}:{server.port} USER@{socket.gethostname()}")
-    tell("Ctrl-C ends it.")
+    print(f"Open {server.address}")
+    print(f"From another machine, first: ssh -N -L {server.port}:{LOOPBACK}:{server.port} USER@{socket.gethostname()}")
+    print("Ctrl-C ends it.")
     try:
         while True:
             session.step()
