@@ -480,7 +480,7 @@ class Picture(np.ndarray):
         self.srgb = getattr(origin, "srgb", None)
 
     def __array_wrap__(self, array, context=None, return_scalar=False):
-        if return_scalar:
+        if array.ndim == 0:  # a number; numpy 1 does not ask for it
             return array[()]
         operation, arguments, _ = context or (np.add, (self,), 0)  # of a sum or a mean
         return Picture(array, common_srgb(arguments)) if operation.__name__ in KEEP_MEANING else np.asarray(array)
