@@ -183,7 +183,8 @@ def test_it_listens_on_this_machine_alone_and_leaves_no_thread():
     for _ in range(5):
         found = LiveServer(Watched(), 0)
         assert ask(found)[0] == 200
-        found.close()
+        with opened(found):
+            found.close()
     assert threading.active_count() <= before + 1
     with pytest.raises(OSError, match=r"refused|failed|unreachable"):
         socket.create_connection((socket.gethostbyname(socket.gethostname()), found.port), 1)

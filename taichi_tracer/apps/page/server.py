@@ -76,6 +76,7 @@ class LiveServer:
         self.address = f"http://{LOOPBACK}:{self.port}/#token={self.token}"
         self.hosts = {f"{name}:{one}" for name in (LOOPBACK, "localhost") for one in (self.port, *forwarded)}
         self._guests = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._connections: set[ServerConnection] = set()
         self._server = serve_sockets(
             self.talk,
             sock=listening,
@@ -91,7 +92,9 @@ class LiveServer:
         self._thread.start()
 
     def close(self) -> None:
-        """End all connections."""
+        """End all connections; before version 17, ``shutdown`` leaves them open."""
+        for connection in [*self._connections]:
+            connection.close(1001)
         self._server.shutdown()
         self._thread.join()
 
@@ -120,9 +123,11 @@ class LiveServer:
             if not self._guests.acquire(blocking=False):
                 connection.close(1013, f"at most {MOST_CONNECTIONS} connections at a time")
                 return
+            self._connections.add(connection)
             try:
                 Page(self.session, connection).run()
             finally:
+                self._connections.remove(connection)
                 self._guests.release()
 
 
