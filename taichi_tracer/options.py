@@ -29,6 +29,7 @@ from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MicrofacetBRDF, Sampler, UniformSampler
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS, replaced
 
@@ -52,8 +53,8 @@ class SceneOptions(TypedDict, total=False):
     """The options of a scene.
 
     intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
-        such a class that has no geometry yet. None takes "bvh" for up to 1,000 primitives, and "wide_bvh"
-        for more.
+        such a class that has no geometry yet. None takes "bvh" for up to 1,000 primitives (20,000 on GPUs),
+        and "wide_bvh" for more.
     triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
     view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
         three-quarter view from above, which shows everything. ``load_scene_data`` takes the camera of the file, or
@@ -208,7 +209,8 @@ class AsWritten(str):
         return str(self)
 
 
-FEW_PRIMITIVES = 1_000  # up to so many, the time to compile the wide hierarchy may be longer than what it saves
+# Up to so many, the time to compile the wide hierarchy may be longer than what it saves, on CPUs and on other backends.
+FEW_PRIMITIVES, FEW_ON_GPUS = 1_000, 20_000
 FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
 
 
@@ -230,7 +232,8 @@ def intersector_of(chosen: IntersectorChoice | None, mesh: Mesh) -> type[RayInte
     The wide hierarchy is 1.2 to 2 times as fast; the binary one takes half of the time to compile. The wide one asks no
     ``intersect_triangle``: where a student has replaced a method, the binary one runs.
     """
-    usual = "bvh" if mesh.num_primitives <= FEW_PRIMITIVES else "wide_bvh"
+    few = FEW_PRIMITIVES if runtime.ensure().arch == "cpu" else FEW_ON_GPUS
+    usual = "bvh" if mesh.num_primitives <= few else "wide_bvh"
     found = PARTS.find("intersector", usual if chosen is None else chosen)
     return BVHRayIntersector if found is WideBVH and replaced(WideBVH) else found
 
