@@ -180,7 +180,6 @@ class ProgressiveRenderer(RendererParts):
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
             note_change(self._compiled_for, own)
-            self.own_shares.end()
             self.own_shares.forget()
             self.eye_rays = self.make_eye_rays()
         self._compiled_for = own

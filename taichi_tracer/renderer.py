@@ -12,7 +12,6 @@ from taichi_tracer.files.images import Picture
 from taichi_tracer.integrators import modes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
-from taichi_tracer.picture.postprocessed import PostprocessedMixin
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer_parts import IntegratorChoice
 from taichi_tracer.scene_data import SceneData
@@ -156,7 +155,7 @@ def light_if_dark(scene_data: SceneData) -> None:
 
 @register
 @overridable()
-class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
+class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
     name, what, jitters = "A2Renderer", "estimator", True
@@ -288,7 +287,7 @@ class A3Renderer(A2Renderer):
 
 @register
 @overridable()
-class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
+class A4Renderer(ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
 
     It begins with ``path``. ``max_bounces`` and the others may be set at any time; the picture then starts again.

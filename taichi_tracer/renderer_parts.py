@@ -122,8 +122,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self.film = self._make_film(given["crop"])
         self.replaced = replaced(self)
         self.eye_rays = self.make_eye_rays()
-        may_adapt = self.adaptive is None and self.is_random and self.film.doubles
-        self.own_shares = OwnShares(self, may_adapt)
+        self.own_shares = OwnShares(self)
         self._ready: SampleParts | None = None  # of the kernel that was launched last
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
@@ -147,8 +146,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
     def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
         """The film, with what the estimate of the error needs of this sampler."""
         of = self.sampler
-        keeps_deviation = bool(self.adaptive) or not (of.replicated or of.doubles)
-        return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
+        return Film(self.width, self.height, crop, of.replicated, bool(self.adaptive), self.is_random, of.doubles)
 
     def make_eye_rays(self) -> EyeRays:
         """What gives the kernel its rays and hits; a replaced ``shade_ray`` traces its rays itself."""

@@ -154,7 +154,7 @@ class MapRenderer(ProgressiveRenderer):
         found = super().image()
         if self.map.number is not None:
             return found
-        errors = np.nan_to_num(self.film.standard_error().mean(axis=2, keepdims=True), posinf=0.0)
+        errors = np.nan_to_num(self.error_image().mean(axis=2, keepdims=True), posinf=0.0)
         return Picture(np.repeat(errors, 3, axis=2), self.srgb)
 
     @property

@@ -394,7 +394,7 @@ class PixelExplainer:
             samples=count,
             value=values[sample],
             mean=self.film.image()[0, 0],
-            error=self.film.standard_error()[0, 0] if r.is_random else np.zeros(3),
+            error=self.film.standard_error().astype(np.float32)[0, 0] if r.is_random else np.zeros(3),
             steps=steps,
             counts=counts,
             is_complete=self.log.is_full[None] == 0,

@@ -54,7 +54,7 @@ class Shares:
     """
 
     def __init__(self, width: int, height: int, keeps: bool = False, begin: int = 0) -> None:
-        self.are_kept, self.begin, self.version, self.mean = keeps, begin, 0, 1.0
+        self.are_kept, self.begin, self.mean = keeps, begin, 1.0
         if keeps:
             self._memory = memory.Memory()
             self.share = ti.field(ti.u32)
@@ -66,7 +66,6 @@ class Shares:
         """Set the (height, width) shares of the pixels, top row first, in units of 1/``WHOLE``."""
         self._memory.write(self.share, shares[::-1].T)
         self.mean = float(shares.mean()) / WHOLE
-        self.version += 1
 
     def to_image(self) -> np.ndarray:
         """What ``set`` was given."""
@@ -98,34 +97,28 @@ class OwnShares:
 
     Attributes:
         is_on: whether the present picture has such shares. gain: the gain that was predicted.
-        may_be: whether a picture may begin again with shares at all.
     """
 
-    def __init__(self, renderer: Any, may_be: bool) -> None:
-        self.renderer, self.may_be = renderer, may_be
+    def __init__(self, renderer: Any) -> None:
+        self.renderer, self._usual = renderer, renderer.shares
         self.is_on, self.gain = False, 1.0
-        self._shares: dict[bool, Shares] = {}  # by ``is_on``
+        self._shares: Shares | None = None
 
     def begin(self, shares: np.ndarray, gain: float = 1.0) -> None:
         """Begin the picture again with (h, w) shares of its pixels; 1 is a gain that nobody predicted."""
         r = self.renderer
         r.reset()
-        self._shares[False] = r.shares
-        if True not in self._shares:
-            self._shares[True] = Shares(r.width, r.height, keeps=True, begin=BEGIN)
-        r.shares = self._shares[True]
-        r.shares.set(shares)
-        self.is_on, self.gain = True, gain
+        self._shares = self._shares or Shares(r.width, r.height, keeps=True, begin=BEGIN)
+        self._shares.set(shares)
+        r.shares, self.is_on, self.gain = self._shares, True, gain
 
     def end(self) -> None:
         """Let all pixels take all samples again. The picture must begin again, too."""
-        if self.is_on:
-            self.is_on = False
-            self.renderer.shares = self._shares[False]
+        self.renderer.shares, self.is_on = self._usual, False
 
     def forget(self) -> None:
         """Make other kernels for the next shares: those that exist belong to other values of somebody's own parts."""
-        self._shares = {}
+        self._shares = None
 
     def receipt(self) -> list[str]:
         """One line, if the picture has such shares."""
@@ -147,7 +140,7 @@ def adapt(renderer):
         pilot = renderer.progress
     finally:
         renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
-    renderer.shares.set(shares_of(deviation, LEAST_MEAN))
+    renderer.shares.set(shares_of(deviation))
     renderer.reset()
     return pilot
 
@@ -159,7 +152,8 @@ def begins_again(renderer: Any, progress: Any) -> bool:
         progress: of the present call of ``render``. A picture that it has only continued goes on.
     """
     n, own = renderer.film.samples, renderer.own_shares
-    if own.is_on or not own.may_be or not n == progress.samples >= FIRST_LOOK or n & (n - 1) != 0:
+    may_be = renderer.adaptive is None and renderer.film.doubles and not own.is_on
+    if not may_be or not n == progress.samples >= FIRST_LOOK or n & (n - 1) != 0:
         return False
     left = progress.samples_to_come
     if not left > n:  # it may be NaN
@@ -173,7 +167,7 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     return pays
 
 
-def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
+def gain_of(deviation: np.ndarray) -> float:
     """How many times fewer samples a picture needs to the same error if its pixels have shares.
 
     With the shares s of the groups and their variances v, the gain is Σ v Σ 1 / (Σ v/s Σ s). Chance alone makes v
@@ -182,7 +176,6 @@ def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
 
     Args:
         deviation: (h, w) in proportion to the standard deviation of the mean of every pixel; NaN where it is unknown.
-        least: the smallest mean of the shares.
     """
     y, x = np.indices(deviation.shape)
     halves = [variance_of_groups(np.where((x + y) % 2 == k, deviation, np.nan)) for k in range(2)]
@@ -192,29 +185,29 @@ def gain_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> float:
         return 0.0
     gains = []
     for chooses, estimates in (halves, halves[::-1]):
-        s, v = shares_in(chooses, least)[is_noisy], estimates[is_noisy]
+        s, v = shares_in(chooses)[is_noisy], estimates[is_noisy]
         gains.append(float(v.sum() * v.size / ((v / s).sum() * s.sum())))
     return min(gains)
 
 
-def shares_of(deviation: np.ndarray, least: float = LEAST_MEAN) -> np.ndarray:
+def shares_of(deviation: np.ndarray) -> np.ndarray:
     """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of one sample of every pixel.
 
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met. A
     pixel whose deviation is NaN, because it takes no samples, has the mean share.
     """
     height, width = deviation.shape
-    share = shares_in(variance_of_groups(deviation), least)
+    share = shares_in(variance_of_groups(deviation))
     shares = np.kron(share, np.ones((GROUP, GROUP)))[:height, :width][::-1]
     return np.ceil(np.where(np.isfinite(deviation), shares, np.nanmean(share)) * WHOLE).astype(np.int32)
 
 
-def shares_in(variance: np.ndarray, least: float) -> np.ndarray:
+def shares_in(variance: np.ndarray) -> np.ndarray:
     """The shares of the groups, at most 1, from their variance; NaN where that is NaN.
 
     Half of the variance that counts is that of the eight groups around: an edge in one of them goes on in the next one.
     The largest share is 1. If few groups have much more noise than all others, so many have it that the mean share is
-    ``least``: a pass in which few pixels take samples takes hardly less time.
+    ``LEAST_MEAN``: a pass in which few pixels take samples takes hardly less time.
     """
     if not np.nanmax(variance) > 0:
         return np.where(np.isnan(variance), np.nan, 1.0)
@@ -224,7 +217,7 @@ def shares_in(variance: np.ndarray, least: float) -> np.ndarray:
     wanted = (variance / 2 + (nine - np.nan_to_num(variance)) / 16) ** POWER
     wanted = share = wanted / np.nanmax(wanted)
     for _ in range(ROUNDS):
-        wanted = wanted * max(1.0, least / np.nanmean(share))
+        wanted = wanted * max(1.0, LEAST_MEAN / np.nanmean(share))
         share = np.maximum(np.minimum(wanted, 1), SMALLEST * np.nanmean(share))
     return share
 

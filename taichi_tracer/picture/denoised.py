@@ -59,8 +59,15 @@ def denoised(renderer: Any) -> Changed:
     Raises:
         InputError: the denoiser is not installed, or as for ``changed``.
     """
-    guides = guides_of(renderer)
-    return changed(renderer, lambda image: without_noise(image, *guides), "denoised")
+    # The guides are 0 where the eye ray hits nothing.
+    found = (np.nan_to_num(np.asarray(renderer.aov(name), np.float32)) for name in ("albedo", "normal"))
+    albedo, normal = (np.ascontiguousarray(one) for one in found)
+
+    def without_noise(image: np.ndarray) -> np.ndarray:
+        colour = np.ascontiguousarray(image, np.float32)
+        return np.asarray(denoiser().denoise(colour, albedo=np.clip(albedo, 0, 1), normal=normal, hdr=True))
+
+    return changed(renderer, without_noise, "denoised")
 
 
 def clamped(renderer: Any, factor: float) -> Changed:
@@ -89,8 +96,10 @@ def changed(renderer: Any, change: Callable[[np.ndarray], np.ndarray], how: str)
     """What a function makes of a renderer's picture, with the error of that.
 
     Raises:
-        InputError: the samples have no independent halves.
+        InputError: the picture is none of light, or the samples have no independent halves.
     """
+    if not (renderer.srgb and renderer.is_random):
+        raise InputError(f"{how}: {renderer.active.name} is no picture of light with noise")
     halves = renderer.film.half_images()
     if halves is None:
         raise no_halves(how, renderer.sampler)
@@ -123,19 +132,6 @@ def without_fireflies(image: np.ndarray, factor: float) -> np.ndarray:
     own = brightness[1:-1, 1:-1]
     share = np.where((own > limit) & np.isfinite(limit), limit / np.where(own > 0, own, 1), 1)
     return np.ascontiguousarray(image * share[..., None], np.float32)
-
-
-def guides_of(renderer: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(albedo, normal), (h, w, 3) float32; 0 where the eye ray hits nothing."""
-    found = (np.nan_to_num(np.asarray(renderer.aov(name), np.float32)) for name in ("albedo", "normal"))
-    albedo, normal = (np.ascontiguousarray(one) for one in found)
-    return np.clip(albedo, 0, 1), normal
-
-
-def without_noise(image: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(h, w, 3) float32: what Open Image Denoise makes of a picture of light."""
-    colour = np.ascontiguousarray(image, np.float32)
-    return np.asarray(denoiser().denoise(colour, albedo=albedo, normal=normal, hdr=True))
 
 
 def denoiser() -> Any:

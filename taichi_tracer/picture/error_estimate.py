@@ -77,7 +77,7 @@ CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels
 
 
 def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Standard errors of the means of one sequence, see above; not finite where a pixel has fewer than two samples.
+    """Standard errors of the means of one sequence, see above; NaN where a pixel has fewer than two samples.
 
     Args:
         before: (w, h, 3) the mean of the first half of the first samples.
@@ -93,12 +93,12 @@ def errors_of_sequence(before: np.ndarray, total: np.ndarray, counts: np.ndarray
 
 def last_doubling(n_first: Any, n_others: Any) -> tuple[Any, Any]:
     """(whether the others are too few to be a half, whether the last doubling begins at a power of 4)."""
-    has_few = n_others * FEW_OTHERS < n_first
+    has_few = (n_others > 0) & (n_others * FEW_OTHERS < n_first)
     return has_few, (n_first & POWERS_OF_4 != 0) ^ has_few
 
 
 def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Standard errors of the means of two independent halves, of their sums and numbers; not finite if one is empty.
+    """Standard errors of the means of two independent halves, of their sums and numbers; NaN if one is empty.
 
     If a half of n_i samples has the variance σ²/n_i, then the squared difference of the two means has the expectation
     σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves the standard
@@ -161,7 +161,6 @@ def percent(fraction: float) -> str:
 
 def relative_error(
     variance: np.ndarray,
-    groups: np.ndarray,
     image: np.ndarray,
     unseen: float = 0.0,
     samples_of_one: float = 0.0,
@@ -170,16 +169,15 @@ def relative_error(
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
 
     Args:
-        variance: (h, w, 3) the estimated variance v̂ of the mean of every pixel.
-        groups: (h, w) the number k of independent groups of samples from which v̂ was estimated. If it is below 2, v̂
-            is unknown, and the pixel is left out.
+        variance: (h, w, 3) the estimated variance v̂ of the mean of every pixel. If it is NaN, it is unknown, and the
+            pixel is left out.
         image: (h, w, 3) the picture.
         unseen: the relative RMSE that light may add that no sample met.
         samples_of_one: the number of samples of a pixel, if v̂ comes from the doubling of one sequence, so that the
             interval is wider; otherwise 0.
         of_largest: (h, w) the d of every pixel, see above; None if v̂ comes from the spread of independent samples.
     """
-    known = groups > 1
+    known = ~np.isnan(variance).all(axis=2)
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
     if not mean > 0:
         return RelativeError(math.nan, math.nan, math.nan)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -23,21 +22,8 @@ from taichi_tracer.unseen import rare_light
 
 # The names of the fields that checkpoints keep.
 SUMS = ("total", "lost", "deviation", "largest", "before", "half_count", "non_finites")
+OF_HALVES = {"half_count", "total", "lost"}
 MAX_LOCATED = 16  # all samples that are not finite are counted; so many places are enough to find the cause
-
-
-class Spread(NamedTuple):
-    """What is known of the spread of a film's samples, of every pixel, top row first.
-
-    Attributes:
-        errors: (height, width, 3) float64, the standard error of the mean; NaN where it is unknown.
-        groups: (height, width) the number of independent groups of samples from which it was estimated.
-        counts: (height, width) the number of samples.
-    """
-
-    errors: np.ndarray
-    groups: np.ndarray
-    counts: np.ndarray
 
 
 @ti.data_oriented
@@ -61,7 +47,7 @@ class Film:
             None is all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
         doubles: whether all samples are one sequence, whose error is its change when their number doubles.
-        keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
+        keeps_deviation: whether the film adds up squared deviations also where it estimates no error from them.
         averages: whether pixels take samples; if not, all values come from ``put``, and there are no sums.
 
     Attributes:
@@ -83,7 +69,7 @@ class Film:
         height: int,
         crop: tuple[int, int, int, int] | None = None,
         replicated: bool = False,
-        keeps_deviation: bool | None = None,
+        keeps_deviation: bool = False,
         averages: bool = True,
         doubles: bool = False,
     ) -> None:
@@ -97,7 +83,7 @@ class Film:
         self.ranges = memory.varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
-        self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
+        self.keeps_deviation = keeps_deviation or self.halves == 1
         self.kind = {
             "replicated": replicated,
             "keeps_deviation": self.keeps_deviation,
@@ -137,10 +123,6 @@ class Film:
         if self.compensates:
             self.lost = ti.Vector.field(3, real)
             half.place(self.lost)
-
-    def check_alive(self) -> None:
-        """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
-        self.memory.check("film")
 
     def reset(self) -> None:
         """Forget every sample. The canvas keeps its last picture until the next sample."""
@@ -253,7 +235,8 @@ class Film:
                 self.canvas[x, y] = ti.cast(self.mean(x, y), float)
 
     def show(self) -> None:
-        """Bring the canvas up to date: ``add`` leaves it alone."""
+        """Bring the canvas up to date: ``add`` leaves it alone. After a new start of Taichi, a StaleSceneError."""
+        self.memory.check("film")
         if self.averages:
             self._show_mean()
 
@@ -307,33 +290,26 @@ class Film:
         """Relative RMSE of the picture, with its 95 % interval, over the pixels that have two samples or more.
 
         The upper end contains the light that no sample met, see ``unseen_light``. The error is NaN if there is no such
-        pixel, or if the picture is black.
+        pixel, or if the picture is black; and 0 if every sample is the picture itself.
 
         Args:
             missed: the RMSE, in the unit of the picture, by what only another technique finds: ``technique_check``.
         """
-        image = self.image()
+        if not self.averages:
+            return RelativeError(0.0, 0.0, 0.0)
+        image, counts = self.image(), upright(self.counts(), np.int32)
         mean = float(self.own_pixels(image).mean())
-        shares = self.shares()
-        pixels = self.own_pixels(image)[..., 0].size
-        missed = math.hypot(missed, rare_light.missed(self.rare, self.samples, pixels, shares))
+        shares = self.own_pixels(counts)[::-1].ravel() / max(self.samples, 1)
+        missed = math.hypot(missed, rare_light.missed(self.rare, self.samples, shares))
         unseen = missed / mean if mean > 0 else 0.0
-        spread = self.spread()
-        share = self.share_of_largest(image, spread)
-        samples = float(spread.counts[spread.counts > 0].mean()) if self.doubles and spread.counts.any() else 0.0
-        return relative_error(np.square(spread.errors), spread.groups, image, unseen, samples, share)
+        samples = float(counts[counts > 0].mean()) if self.doubles and counts.any() else 0.0
+        return relative_error(self.variance_of_mean(), image, unseen, samples, self.share_of_largest(image, counts))
 
-    def shares(self) -> np.ndarray | None:
-        """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
-        x0, x1, y0, y1 = self.crop
-        counts = self.counts()[x0:x1, y0:y1].T.ravel()
-        return None if self.samples == 0 or (counts == self.samples).all() else counts / self.samples
-
-    def share_of_largest(self, image: np.ndarray, spread: Spread) -> np.ndarray | None:
+    def share_of_largest(self, image: np.ndarray, counts: np.ndarray) -> np.ndarray | None:
         """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.
 
         Args:
-            image, spread: of the film.
+            image, counts: of the film, top row first.
 
         Returns:
             (m − μ)/n for the largest m of n samples with mean μ, of which each is a mean of red, green and blue:
@@ -343,30 +319,22 @@ class Film:
             return None
         mean = sum(image[..., k].astype(np.float64) for k in range(3)) / 3  # numpy is slow along an axis of three
         above = upright(self.memory.read(self.largest), np.float64) - mean
-        return np.maximum(0, above) / np.maximum(spread.counts, 1)
+        return np.maximum(0, above) / np.maximum(counts, 1)
 
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
-        return np.square(self.spread().errors)
+        return np.square(self.standard_error())
 
     def standard_error(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the root of ``variance_of_mean``."""
-        return self.spread().errors.astype(np.float32)
-
-    def spread(self) -> Spread:
-        """The standard error of every pixel, and from how many samples and groups of samples it was estimated."""
-        groups = count = self.counts()
-        if self.halves == 2:
-            halves, total = self.memory.read(self.half_count), self._totals()
-            groups = np.where((halves > 0).all(axis=2), 2, 1)
-            if self.doubles:
-                errors = errors_of_sequence(self.memory.read(self.before), total, halves)
-            else:
-                errors = errors_from_halves(total, halves)
+        """(height, width, 3) float64, top row first: the standard error of every mean; NaN where it is unknown."""
+        if self.halves == 1:
+            errors = errors_from_deviations(self.memory.read(self.deviation), self.counts())
+        elif self.doubles:
+            before, counts = self.memory.read(self.before), self.memory.read(self.half_count)
+            errors = errors_of_sequence(before, self._totals(), counts)
         else:
-            errors = errors_from_deviations(self.memory.read(self.deviation), count)
-        errors = np.where(groups[..., None] > 1, errors, np.nan)
-        return Spread(upright(errors, np.float64), upright(groups, np.int32), upright(count, np.int32))
+            errors = errors_from_halves(self._totals(), self.memory.read(self.half_count))
+        return upright(errors, np.float64)
 
     def sample_deviation(self) -> np.ndarray:
         """(height, width) float64, top row first: the standard deviation of one sample of every pixel.
@@ -384,15 +352,11 @@ class Film:
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
-        if (self.width, self.height) != (other.width, other.height):
-            raise InputError(
-                f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
-            )
-        if self.kind != other.kind:
-            raise InputError("film: samples of different samplers cannot be added")
+        if (self.width, self.height, self.kind) != (other.width, other.height, other.kind):
+            size, own = f"{other.width}x{other.height}", f"{self.width}x{self.height}"
+            raise InputError(f"film: {size} samples cannot be added to a film of {own}, nor those of another sampler")
         n, m = self.counts(), other.counts()
         mine, theirs = self.to_arrays(), other.to_arrays()
-        del mine["rare"]
         located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
         mine["non_finites"][0] += theirs["non_finites"][0]
         mine["non_finites"][1 : 1 + len(located)] = np.reshape(located, (-1, 3))
@@ -402,31 +366,17 @@ class Film:
         if self.halves == 2:
             mine["largest"] = np.maximum(mine["largest"], theirs["largest"])
         if self.doubles:
-            self._double(mine, m > 0)
-            mine["before"] = np.where((n == 0)[..., None], theirs["before"], mine["before"])
-        for name in {"half_count", "total", "lost"} & mine.keys():
-            if self.doubles:  # the samples of the other film continue the sequence
-                first, others = np.moveaxis(theirs[name], 2, 0)
-                is_new = (n == 0).reshape(n.shape + (1,) * (first.ndim - 2))
-                mine[name][:, :, 0] += np.where(is_new, first, 0)
-                mine[name][:, :, 1] += np.where(is_new, others, first + others)
-            else:
-                mine[name] += theirs[name]
-        for name, array in mine.items():
-            self.memory.write(getattr(self, name), array)
-        self.samples += other.samples
-        self.rare = self.rare if len(self.rare) else other.rare
-        self.show()
-
-    @staticmethod
-    def _double(sums: dict[str, np.ndarray], where: np.ndarray) -> None:
-        """What ``half_of`` does where the number of samples doubles, for the arrays of a film and some pixels."""
-        first, others = np.moveaxis(sums["half_count"], 2, 0)
-        full = where & (others > 0) & ((first + others) & (first + others - 1) == 0)
-        sums["before"][full] = sums["total"][full, 0] / first[full][:, None]
-        for name in {"half_count", "total", "lost"} & sums.keys():
-            sums[name][full, 0] += sums[name][full, 1]
-            sums[name][full, 1] = 0
+            # The samples of the other film continue the sequence: first as ``half_of``, where the number has doubled.
+            first, others = np.moveaxis(mine["half_count"], 2, 0)
+            full = (m > 0) & (others > 0) & (n & (n - 1) == 0)
+            mine["before"][full] = mine["total"][full, 0] / first[full][:, None]
+            mine["before"][n == 0] = theirs["before"][n == 0]
+            move_half(mine, full, 1, 0)
+            move_half(theirs, n > 0, 0, 1)
+        for name in OF_HALVES & mine.keys():
+            mine[name] += theirs[name]
+        mine["rare"] = self.rare if len(self.rare) else other.rare
+        self.from_arrays(mine, self.samples + other.samples)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The complete content of the film, for a checkpoint: its sums [x, y, …] by name, in the types of the fields.
@@ -454,6 +404,13 @@ class Film:
         self.samples = samples
         self.rare = arrays["rare"]
         self.show()
+
+
+def move_half(sums: dict[str, np.ndarray], where: np.ndarray, source: int, target: int) -> None:
+    """Move the samples of one half to the other, for the arrays of a film and some pixels."""
+    for name in OF_HALVES & sums.keys():
+        sums[name][where, target] += sums[name][where, source]
+        sums[name][where, source] = 0
 
 
 def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:

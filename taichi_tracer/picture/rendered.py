@@ -1,5 +1,6 @@
 """What a renderer has of its picture: arrays, files, its error, and how bright it is shown."""
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,8 @@ from taichi_tracer.picture.denoised import Changed, clamped, denoised
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import ErrorCurves, ErrorPoint, Progress
+from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import one_at_a_time
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.tones.base import Tone
@@ -23,6 +24,9 @@ from taichi_tracer.tones.display import Display, fitting_exposure
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+
+GAMMA = 2.2  # of the course's windows
 
 
 class RenderedPicture:
@@ -77,9 +81,18 @@ class RenderedPicture:
     @property
     def canvas(self) -> Any:
         """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
-        self.film.check_alive()
         self.film.show()
         return self.film.canvas
+
+    @functools.cached_property
+    def canvas_postprocessed(self) -> Any:
+        """The Taichi field [x, y] of RGB vectors that ``postprocess`` writes, as ``canvas``."""
+        self._memory_postprocessed, (shown,) = memory.filled(np.zeros((self.width, self.height, 3)), indices=2)
+        return shown
+
+    def postprocess(self) -> None:
+        """Write ``canvas_postprocessed``: the picture with a power of 1/2.2, from 0 to 1, as the course shows it."""
+        self.canvas_postprocessed.from_numpy(np.clip(self.canvas.to_numpy(), 0, 1) ** (1 / GAMMA))
 
     @property
     def non_finite(self) -> int:
@@ -116,14 +129,13 @@ class RenderedPicture:
         With the low-discrepancy sampler, the value of a pixel comes from a single difference and is rough. Means over
         regions of many pixels are reliable.
         """
-        return self.film.standard_error()
+        return self.film.standard_error().astype(np.float32)
 
     def denoised(self) -> Changed:
         """What Open Image Denoise (the extra ``denoise``) makes of the picture of light, and the error of that.
 
         The sampler must have two independent halves of samples: "niederreiter_two" or "sobol".
         """
-        self._check_noise("denoised")
         return denoised(self)
 
     def clamped(self, factor: float) -> Changed:
@@ -132,12 +144,7 @@ class RenderedPicture:
         Args:
             factor: a pixel that is brighter than so many times the brightest of its eight neighbours is cut to that.
         """
-        self._check_noise("clamped")
         return clamped(self, factor)
-
-    def _check_noise(self, how: str) -> None:
-        if not (self.srgb and self.is_random):
-            raise InputError(f"{how}: {self.active.name} is no picture of light with noise")
 
     @one_at_a_time
     def image(self) -> Picture:

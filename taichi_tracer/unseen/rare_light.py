@@ -39,18 +39,17 @@ def of_kinds(found: Sequence[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.zeros((0, COLUMNS)), *(np.insert(one, 0, k, axis=1) for k, one in enumerate(found))])
 
 
-def missed(rows: np.ndarray, samples: float, pixels: int, shares: np.ndarray | None = None) -> float:
+def missed(rows: np.ndarray, samples: float, shares: np.ndarray) -> float:
     """u of several kinds of light, each of which is counted by itself; see ``of_kinds``.
 
     Args:
-        samples: per pixel. shares: (pixels,) how many of them each pixel took; None is all.
+        samples: per pixel. shares: (pixels,) the share of them that each pixel took.
     """
     if len(rows) == 0:
         return 0.0
     kind, pixel, chance, light, each = rows.T
     brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
-    if shares is not None:
-        chance = chance * shares[pixel.astype(np.int64)]
+    chance = chance * shares[pixel.astype(np.int64)]
     _, group = np.unique(np.stack([kind, brightness], axis=1), axis=0, return_inverse=True)
     is_missed = np.zeros(len(rows), bool)
     for k in np.unique(group):
@@ -58,7 +57,7 @@ def missed(rows: np.ndarray, samples: float, pixels: int, shares: np.ndarray | N
         found = expected(np.sort(chance[own]), ABOUT_AS_RARE * chance[own], each[own][0])
         is_missed[own] = samples * found < KNOWN
     of_pixel = np.bincount(pixel[is_missed].astype(np.int64), light[is_missed])
-    return math.sqrt(float(np.square(of_pixel).sum()) / pixels)
+    return math.sqrt(float(np.square(of_pixel).sum()) / len(shares))
 
 
 def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:

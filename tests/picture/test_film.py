@@ -27,6 +27,12 @@ def test_top_row_first(precision):
     np.testing.assert_array_equal(image[..., 1], [[1, 1, 1], [0, 0, 0]])
 
 
+def test_a_picture_that_is_every_sample_has_no_error(precision):
+    film = Film(3, 2, averages=False)
+    _fill(film)
+    assert film.error() == film.error().high == 0
+
+
 def test_mean_and_variance_are_those_of_the_samples(precision, rng):
     values = rng.lognormal(size=(5_000, 3)).astype(runtime.dtype())
     film = Film(2, 1)
@@ -65,7 +71,8 @@ def test_a_film_of_an_earlier_start_says_so():
     start("f32")
     film = Film(2, 2)
     runtime.init("cpu", force=True, debug=DEBUG)
-    for use in (film.image, film.reset, film.spread, film.sample_deviation, film.non_finite_samples, film.to_arrays):
+    errors = film.standard_error, film.sample_deviation
+    for use in (film.image, film.show, film.reset, *errors, film.non_finite_samples, film.to_arrays):
         with pytest.raises(tt.StaleSceneError):
             use()
     with pytest.raises(tt.StaleSceneError):

@@ -56,7 +56,7 @@ def found(made, crop=(0, SIZE, 0, SIZE), **view):
 
 def u(rows, samples, pixels=SIZE * SIZE):
     """What a picture of so many samples misses of this light alone."""
-    return missed(of_kinds([rows]), samples, pixels)
+    return missed(of_kinds([rows]), samples, np.ones(pixels))
 
 
 AT = (0.1, 0.07, 2.0)  # in the middle of no pixel's edge
@@ -105,5 +105,5 @@ def test_samples_know_of_many_small_lamps():
     many = rows_of(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 1 / 4)
     assert u(many, 16) == 0
     assert u(many, 8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
-    rare = rows_of(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]))
+    rare = rows_of(np.array([3, 3]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]))
     assert u(rare, 1, 4) == pytest.approx(7 / 2)
