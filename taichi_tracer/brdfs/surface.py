@@ -4,7 +4,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.ray import Ray, offset_origin
-from taichi_tracer.system.compile_time import compile_time, element, variable
+from taichi_tracer.system.compile_time import compile_time
 
 
 class Surface:
@@ -112,23 +112,3 @@ class Surface:
             if self.has(i):
                 value = self.brdfs[i].sample_weight(self.material, self.w_o, w_i, self.normal)
         return value
-
-
-@compile_time
-def surface_at(scene, ray, hit) -> Surface:
-    """The surface that a ray hit; ``scene`` is a ``scene_in_kernels.SceneInKernels``."""
-    library = scene.material_library
-    brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
-    material = scene.material_at(hit)
-    if any(brdf.transmits for brdf in brdfs.values()):
-        material = variable(_seen_from(material, hit.is_backfacing))
-    brdf_id = variable(element(library.brdf_ids, library.row(hit.material_id), int(scene.microfacets)))
-    origin = variable(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
-    return Surface(brdfs, brdf_id, material, origin, hit, variable(-ray.direction))
-
-
-@ti.func
-def _seen_from(material, is_backfacing):
-    seen = material
-    seen.Ni = ti.select(is_backfacing, 1 / material.Ni, material.Ni)
-    return seen

@@ -6,15 +6,15 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.brdfs.surface import Surface, surface_at
+from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.boxes import box_interval
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import textured
-from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.ray import Ray, no_hit, offset_origin
+from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.parts import replaced
 
 if TYPE_CHECKING:
@@ -60,7 +60,14 @@ class SceneInKernels:
     @compile_time
     def surface_at(self, ray, hit) -> Surface:
         """The surface that a ray hit."""
-        return surface_at(self, ray, hit)
+        library = self.material_library
+        brdfs = {i: library.brdfs[i] for i in self.effects.brdfs}
+        material = self.material_at(hit)
+        if any(brdf.transmits for brdf in brdfs.values()):
+            material = variable(seen_from(material, hit.is_backfacing))
+        brdf_id = variable(element(library.brdf_ids, library.row(hit.material_id), int(self.microfacets)))
+        origin = variable(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
+        return Surface(brdfs, brdf_id, material, origin, hit, variable(-ray.direction))
 
     @ti.func
     def emitted(self, ray, hit, rng):
@@ -161,6 +168,14 @@ class SceneInKernels:
             if may_meet(self.effects, surface, ray.direction):
                 hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
         return hit
+
+
+@ti.func
+def seen_from(material, is_backfacing):
+    """The material, with the index of refraction behind the surface divided by that on the viewer's side."""
+    seen = material
+    seen.Ni = ti.select(is_backfacing, 1 / material.Ni, material.Ni)
+    return seen
 
 
 @ti.func

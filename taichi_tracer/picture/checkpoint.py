@@ -19,11 +19,14 @@ SHARES = "shares"  # the array of a picture whose pixels do not all take the sam
 
 def facts_of(renderer) -> dict:
     """Everything that the bits of a picture depend on. Samples with different facts must not be added up."""
-    settings, camera = runtime.current(), renderer.camera
+    settings, camera, scene = runtime.current(), renderer.camera, renderer.scene_data
     window = camera.compute_half_size(), camera.compute_centre()
     matrix = camera.camera_to_world.to_numpy().tolist()
+    # A picture depends also on the classes of parts that do not belong to the package.
+    parts = [scene.ray_intersector, *(scene.material_library.brdfs[i] for i in scene.effects.brdfs)]
+    names = [f"{type(part).__module__}.{type(part).__qualname__}" for part in parts]
     return {
-        "scene": fingerprint(renderer.scene_data),
+        "scene": fingerprint(scene),
         "camera": repr((camera.name, matrix, *window)),
         renderer.what: renderer.active.name,
         "size": [renderer.width, renderer.height],
@@ -32,19 +35,12 @@ def facts_of(renderer) -> dict:
         "sampler": renderer.sampler.name,
         "seed": renderer.seed,
         "jitter": renderer.jitter,
-        "triangle test": renderer.scene_data.ray_intersector.triangle_test,
+        "triangle test": scene.ray_intersector.triangle_test,
         "precision": settings.precision,
         "fast math": settings.fast_math,
         **renderer.active.facts(),
-        "own parts": own_parts(renderer.scene_data),
+        "own parts": [name for name in names if not name.startswith(PACKAGE)],
     }
-
-
-def own_parts(scene_data) -> list[str]:
-    """The classes of the scene's parts that do not belong to the package, because a picture depends on them."""
-    brdfs = [scene_data.material_library.brdfs[i] for i in scene_data.effects.brdfs]
-    classes = [type(part) for part in (scene_data.ray_intersector, *brdfs)]
-    return [f"{cls.__module__}.{cls.__qualname__}" for cls in classes if not cls.__module__.startswith(PACKAGE)]
 
 
 def save(renderer, path: str | Path) -> None:

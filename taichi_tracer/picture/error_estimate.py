@@ -179,12 +179,10 @@ def relative_error(
     """
     known = ~np.isnan(variance).all(axis=2)
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
-    if not mean > 0:
-        return RelativeError(math.nan, math.nan, math.nan)
     # The errors of the channels of a pixel are correlated: a light that a sample misses is missing in all of them.
     # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, sum(np.maximum(variance[..., k], 0, dtype=np.float64) for k in range(CHANNELS)), 0)
-    if not math.isfinite(v.sum()):
+    if not (mean > 0 and math.isfinite(v.sum())):
         return RelativeError(math.nan, math.nan, math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
     larger = smaller = 0.0

@@ -389,12 +389,9 @@ class Film:
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
         for name, own in self.to_arrays().items():
-            if name not in arrays:
-                raise InputError(
-                    f"{source}: it has no {name}: its samples are of another kind of sampler, or of another version"
-                )
-            if name != "rare" and arrays[name].shape != own.shape:
-                raise InputError(f"{source}: {name} has the shape {arrays[name].shape}, and not {own.shape}")
+            if name not in arrays or (name != "rare" and arrays[name].shape != own.shape):
+                kinds = "its samples are of another size, another kind of sampler, or another version"
+                raise InputError(f"{source}: its {name} does not fit: {kinds}")
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""

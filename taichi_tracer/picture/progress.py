@@ -99,12 +99,8 @@ class Progress:
             self.seconds, self.compile_seconds = self.pilot.seconds, self.pilot.compile_seconds
 
     def __repr__(self) -> str:
-        words = [f"{self.samples:g} samples"]
-        if self.samples > 0:
-            words += [f"{self.seconds:.2f} s of rendering", f"{self.compile_seconds:.2f} s of compiling"]
-        if not math.isnan(self.error):
-            words.append(f"error {self.error}")
-        return f"Progress({', '.join(words)})"
+        seconds = f"{self.seconds:.2f} s of rendering, {self.compile_seconds:.2f} s of compiling"
+        return f"Progress({self.samples:g} samples, {seconds}, error {self.error})"
 
     def took(self, seconds: float, samples: float = 1, on_kernels: float = 0.0, passes: int = 1) -> None:
         """Record one more pass over all pixels, or several at once.
@@ -168,9 +164,7 @@ class Progress:
     def is_done(self) -> bool:
         """Whether one of the targets is reached. The time is reached if one more pass would miss it by more."""
         target = self.target
-        if target.spp is not None and self.samples >= target.spp:
-            return True
-        if self.has_reached_error:
+        if (target.spp is not None and self.samples >= target.spp) or self.has_reached_error:
             return True
         if target.time is None or not self._recent:
             return False

@@ -23,8 +23,8 @@ import numpy as np
 
 from taichi_tracer.system import runtime
 from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, follow, has_mirrors
-from taichi_tracer.unseen.rare_light import NONE, rows_of
-from taichi_tracer.unseen.small_lamps import area_of_pixel, corners_of, pixel_numbers, pixels_of, radiance_of, sees
+from taichi_tracer.unseen.rare_light import rows_of
+from taichi_tracer.unseen.small_lamps import OFF, area_of_pixel, corners_of, look, pixel_numbers, pixels_of, radiance_of
 
 SEED = 0xCA05  # of these rays: they are the same for every picture of a scene
 BESIDE = 1e-5  # of the size of the scene: so far from its lamp does a ray start
@@ -78,14 +78,13 @@ def caustics(scene: Any, scene_data: Any, camera: Any, crop: tuple[int, ...], ma
     lamp, origins, directions, power = rays_from(scene_data, rng)
     ends = follow(scene, origins, directions, camera, max_bounces - 1, rng)
     lit = np.flatnonzero(ends.f_T > 0)
-    if lit.size == 0:
-        return NONE
     points = ends.origin[lit] + ends.distance[lit, None] * ends.direction[lit]
     with np.errstate(all="ignore"):
         place, covered = pixels_of(camera, points), area_of_pixel(camera, points)
         number, is_inside = pixel_numbers(place, crop)
     shown = np.flatnonzero(is_inside & (covered > 0))
-    shown = shown[sees(scene_data, camera, place[shown], points[shown])]
+    hits, leads, along = look(scene_data, camera, place[shown], points[shown])
+    shown = shown[hits.is_hit & leads & (abs(hits.distance - along) < OFF * abs(along))]  # nothing is before the point
     end, of = lit[shown], lamp[ends.ray[lit[shown]]]
     light = power * ends.T[end] * ends.f_cos[end] / covered[shown]
     chance = light / (np.pi * ends.f_T[end] * radiance_of(scene_data)[of])

@@ -4,9 +4,7 @@ One kernel is compiled for a scene that has lamps or suns, and mirrors or glass.
 any direction from another density falls into them count as mirrors: only samples of the BRDF find what they reflect.
 """
 
-import functools
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -56,8 +54,7 @@ OF_FEW_RAYS = 1.2  # times light of which only these rays are known
 NUMBERS = 11  # of what a ray has found: see ``_follow``
 
 
-@dataclass(frozen=True)
-class Ends:
+class Ends(NamedTuple):
     """Where rays end that have met a mirror or glass, in float64.
 
     Attributes:
@@ -76,16 +73,6 @@ class Ends:
     material: np.ndarray
     f_cos: np.ndarray
     f_T: np.ndarray
-
-    @functools.cached_property
-    def begins(self) -> np.ndarray:
-        """(n,) direction · origin."""
-        return np.einsum("nk,nk->n", self.direction, self.origin)
-
-    @functools.cached_property
-    def squares(self) -> np.ndarray:
-        """(n,) origin · origin."""
-        return np.einsum("nk,nk->n", self.origin, self.origin)
 
 
 def has_mirrors(scene: Any) -> bool:

@@ -84,8 +84,9 @@ def mirror_pixels(
 def near(ends: Ends, table: Any, lamp: int) -> tuple[np.ndarray, np.ndarray]:
     """Which ends pass near a lamp that they might meet, and the share of them that meets it: A cos θ / (π R²)."""
     centre, size = (table.low[lamp] + table.high[lamp]) / 2, np.linalg.norm(table.high[lamp] - table.low[lamp]) / 2
-    along = ends.direction @ centre - ends.begins
-    beside = np.sqrt(np.maximum(0, ends.squares - 2 * (ends.origin @ centre) + centre @ centre - along**2))
+    begin, square = (np.einsum("nk,nk->n", one, ends.origin) for one in (ends.direction, ends.origin))
+    along = ends.direction @ centre - begin
+    beside = np.sqrt(np.maximum(0, square - 2 * (ends.origin @ centre) + centre @ centre - along**2))
     radius = np.maximum(NEAR * along, size)
     # What ends before the lamp is hidden from it; the lamp itself, and what it lies on, may be a little nearer.
     ray = np.flatnonzero((along > 0) & (beside < radius) & (ends.distance > along - radius - size))

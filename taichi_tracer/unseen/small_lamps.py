@@ -91,12 +91,6 @@ def look(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) ->
     return scene_data.intersect(origins, directions), beside < OFF * abs(along), along
 
 
-def sees(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(n,) bool: whether the ray through each place of the picture meets its point, and nothing before it."""
-    hits, leads, along = look(scene_data, camera, pixel, points)
-    return hits.is_hit & leads & (abs(hits.distance - along) < OFF * abs(along))
-
-
 def area_of_pixel(camera: Any, points: np.ndarray) -> np.ndarray:
     """(n,) the area that a pixel covers at each point, across the ray."""
     to_world = camera.matrix()

@@ -67,23 +67,24 @@ def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[s
     return tuple(found)
 
 
-def look(renderer: Any, techniques: tuple[str, ...]) -> list[tuple[np.ndarray, np.ndarray]]:
+def look(renderer: Any, suns: list[Sun]) -> list[tuple[np.ndarray, np.ndarray]]:
     """What other techniques find in a renderer's picture: (E, meetings) of each, see ``meetings``.
 
     Pixels stand for tiles of the picture, so that at most ``MOST_TILES`` are looked at along each side.
     """
     scene, integrator, (x0, x1, y0, y1) = renderer.kernel_scene(), renderer.active, renderer.film.crop
+    pixels = (x1 - x0) * (y1 - y0)
     step = math.ceil(max(x1 - x0, y1 - y0) / MOST_TILES)
     rows, columns = (-(-n // step) for n in (y1 - y0, x1 - x0))
     found = []
-    for technique in techniques:
+    for technique in () if renderer.replaced else other_techniques(scene, integrator, pixels, suns):
         scene.lights.prepare()
         from_brdf = technique == "brdf"
         has_density = integrator.samples_lights if from_brdf else integrator.samples_brdf
         parts, samples = (scene, renderer.eye_rays, renderer.sampler), np.empty((SAMPLES, rows, columns, 2), np.float32)
         _sample_tiles(*parts, from_brdf, has_density, (renderer.seed ^ SEED) % 2**32, x0, y0, step, samples)
         light, chance = np.moveaxis(samples, -1, 0)
-        found.append((light, meetings(light, chance, (x1 - x0) * (y1 - y0))))
+        found.append((light, meetings(light, chance, pixels)))
     return found
 
 

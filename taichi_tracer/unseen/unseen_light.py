@@ -16,7 +16,7 @@ from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.rare_light import of_kinds
 from taichi_tracer.unseen.small_lamps import small_lamps
 from taichi_tracer.unseen.small_suns import Sun, small_suns, suns_of
-from taichi_tracer.unseen.technique_check import look, missed, other_techniques
+from taichi_tracer.unseen.technique_check import look, missed
 
 
 class UnseenLight:
@@ -37,33 +37,27 @@ class UnseenLight:
         """The rare light, see ``rare_light.of_kinds``; no rows if samples find everything."""
         renderer = self.renderer
         if self._of != renderer._shown:
-            self._of, self._by_others, self._suns = renderer._shown, None, []
             is_light = renderer.shows_light and not renderer.replaced
-            if is_light:
-                self._suns = suns_of(renderer.kernel_scene())
-            has_sources = renderer.scene_data.lamps.count > 0 or len(self._suns) > 0
-            self._rows = of_kinds(self._find() if is_light and has_sources else [])
+            self._of, self._by_others = renderer._shown, None
+            self._suns = suns_of(renderer.kernel_scene()) if is_light else []
+            has_sources = is_light and (renderer.scene_data.lamps.count > 0 or len(self._suns) > 0)
+            self._rows = of_kinds(self._find() if has_sources else [])
         return self._rows
 
     def _find(self) -> list[np.ndarray]:
-        renderer = self.renderer
-        scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
-        kernel_scene = renderer.kernel_scene()
-        found = [small_lamps(scene, camera, crop), small_suns(self._suns, scene, camera, crop)]
+        renderer, scene = self.renderer, self.renderer.kernel_scene()
+        view = renderer.scene_data, renderer.camera, renderer.film.crop
+        found = [small_lamps(*view), small_suns(self._suns, *view)]
         settings = getattr(renderer.active, "settings", None)
         bounces = 1 if settings is None else int(settings["max_bounces"])
-        view = kernel_scene, scene, camera, crop, bounces
-        if has_mirrors(kernel_scene):
-            found.append(mirrored_lamps(*view, self._suns))
-        if has_caustics(kernel_scene, bounces):
-            found.append(caustics(*view))
+        if has_mirrors(scene):
+            found.append(mirrored_lamps(scene, *view, bounces, self._suns))
+        if has_caustics(scene, bounces):
+            found.append(caustics(scene, *view, bounces))
         return found
 
     def missed_by_technique(self) -> float:
         """What only another technique finds, in the unit of the picture: see ``technique_check``; after ``rows``."""
-        renderer = self.renderer
         if self._by_others is None:
-            x0, x1, y0, y1 = renderer.film.crop
-            pixels, of = (x1 - x0) * (y1 - y0), (renderer.kernel_scene(), renderer.active)
-            self._by_others = look(renderer, () if renderer.replaced else other_techniques(*of, pixels, self._suns))
-        return missed(self._by_others, renderer.samples)
+            self._by_others = look(self.renderer, self._suns)
+        return missed(self._by_others, self.renderer.samples)
