@@ -42,7 +42,12 @@ class PathSettings:
 
     def prepare(self) -> None:
         """Give kernels the values."""
-        self._numbers.set(*self._as_numbers())
+        of = self._values
+        first, last = of["bounces"] or (0, None)
+        last = MOST_BOUNCES if last is None else last
+        q, is_by_throughput = of["rr_termination_probability"], float(of["roulette"] == "throughput")
+        most = min(of["max_bounces"], last)  # a path need not go on after the last bounce that counts
+        self._numbers.set(most, of["rr_start_bounce"], q, is_by_throughput, first, last)
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
@@ -79,14 +84,6 @@ class PathSettings:
         """A number, in a kernel; whole numbers are of i32."""
         value = self._numbers.get(list(DEFAULTS).index(name))
         return ti.cast(value, ti.i32) if isinstance(DEFAULTS[name], int) else value
-
-    def _as_numbers(self) -> tuple[float, ...]:
-        of = self._values
-        first, last = (0, None) if of["bounces"] is None else of["bounces"]
-        last = MOST_BOUNCES if last is None else last
-        q, is_by_throughput = of["rr_termination_probability"], float(of["roulette"] == "throughput")
-        most = min(of["max_bounces"], last)  # a path need not go on after the last bounce that counts
-        return most, of["rr_start_bounce"], q, is_by_throughput, first, last
 
     def controls(self) -> tuple[Control, ...]:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""

@@ -46,8 +46,7 @@ def facts_of(renderer) -> dict:
 def save(renderer, path: str | Path) -> None:
     """Write the samples of a picture into a file."""
     if not renderer.is_random:
-        name = renderer.active.name
-        raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")
+        raise InputError(f"checkpoint: every sample of {renderer.active.name} is the picture itself: nothing to keep")
     ranges = [[renderer.first_sample, renderer.first_sample + renderer.film.samples]]
     renderer.film.rare = renderer.unseen_light.rows()
     arrays = renderer.film.to_arrays()

@@ -132,15 +132,13 @@ class RelativeError(float):
     high: float
     unseen: float
 
-    def __new__(cls, value: float, low: float, high: float, unseen: float = 0.0) -> "RelativeError":
+    def __new__(
+        cls, value: float, low: float = math.nan, high: float = math.nan, unseen: float = 0.0
+    ) -> "RelativeError":
         """Make a float that knows its interval."""
         self = super().__new__(cls, value)
         self.low, self.high, self.unseen = float(low), float(high), float(unseen)
         return self
-
-    def __getnewargs__(self) -> tuple[float, float, float, float]:  # type: ignore[override]  # float has one argument
-        """The arguments with which ``copy`` and ``pickle`` make it again."""
-        return float(self), self.low, self.high, self.unseen
 
     def __str__(self) -> str:
         if not math.isfinite(self):
@@ -183,7 +181,7 @@ def relative_error(
     # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, sum(np.maximum(variance[..., k], 0, dtype=np.float64) for k in range(CHANNELS)), 0)
     if not (mean > 0 and math.isfinite(v.sum())):
-        return RelativeError(math.nan, math.nan, math.nan)
+        return RelativeError(math.nan)
     in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
     larger = smaller = 0.0
     if samples_of_one >= 2:
@@ -198,7 +196,7 @@ def relative_error(
         high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v, larger))
     doubt = STANDARD_ERRORS * math.sqrt(v.sum() / CHANNELS) / (known.sum() * mean)  # 2δ
     if doubt >= 1:
-        return RelativeError(math.nan, math.nan, math.nan)
+        return RelativeError(math.nan)
     return RelativeError(value, low / (1 + doubt), math.hypot(high, unseen) / (1 - doubt), unseen)
 
 

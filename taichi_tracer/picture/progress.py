@@ -84,7 +84,7 @@ class Progress:
     target: Target
     samples: float = 0
     pilot: Any = None
-    error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
+    error: RelativeError = RelativeError(math.nan)
     looks: list[tuple[float, float]] = field(default_factory=list)
     place: str = ""
     seconds: float = 0.0
