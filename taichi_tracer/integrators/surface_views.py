@@ -91,7 +91,6 @@ class Distance(View):
         self._chosen: float | None = None
         self._fitting, self._farthest = MAX_DISTANCE, math.nan
         self.numbers = LiveNumbers()
-        self.version = 0
 
     @property
     def max_distance(self):

@@ -101,9 +101,8 @@ def albedo_uv_of(scene: Any, hits: RayHits) -> dict[str, np.ndarray]:
     """
     n, dtype = len(hits), hits.distance.dtype
     looks = {"uv": np.zeros((n, 2), dtype), "albedo": np.zeros((n, 3), dtype)}
-    if n > 0:
-        inputs = (hits.triangle_id, hits.material_id, hits.barycentric_coords)
-        _look_up(scene, *map(np.ascontiguousarray, inputs), **looks)
+    inputs = (hits.triangle_id, hits.material_id, hits.barycentric_coords)
+    _look_up(scene, *map(np.ascontiguousarray, inputs), **looks)
     return looks
 
 

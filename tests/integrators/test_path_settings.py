@@ -43,7 +43,7 @@ def test_terms_that_can_be_added_up():
 def test_paths_end_after_the_last_bounce_that_counts(settings):
     for bounces, most in ((None, 9), ((2, 2), 2), ((0, None), 9), ((3, 20), 9), ((0, 0), 0)):
         settings.set(max_bounces=9, bounces=bounces)
-        assert settings._as_numbers()[0] == most
+        assert settings._numbers._field[0] == most
         assert settings["max_bounces"] == 9
     settings.set(bounces=None)
 
