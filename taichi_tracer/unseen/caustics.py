@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.system import runtime
 from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, follow, has_mirrors
 from taichi_tracer.unseen.rare_light import rows_of
 from taichi_tracer.unseen.small_lamps import OFF, area_of_pixel, corners_of, look, pixel_numbers, pixels_of, radiance_of
@@ -39,8 +38,8 @@ def rays_from(scene_data: Any, rng: "np.random.Generator") -> tuple[np.ndarray, 
     """Rays from the lamps, in proportion to what these emit, with the cosine of the angle to the normal.
 
     Returns:
-        The number of the lamp of each ray; origins and directions, in the running precision; and the power of a ray, as
-        the root mean square of the channels.
+        The number of the lamp of each ray; origins and directions; and the power of a ray, as the root mean square of
+        the channels.
     """
     table, radiance = scene_data.lamps.table, radiance_of(scene_data)
     emitted = np.pi * table.areas * radiance * np.where(table.two_sided & (table.primitives >= 0), 2, 1)
@@ -57,9 +56,7 @@ def rays_from(scene_data: Any, rng: "np.random.Generator") -> tuple[np.ndarray, 
     # A point of the unit sphere around the tip of the normal: its direction has the density cos θ / π.
     directions = unit(normals + (1 - 1e-6) * unit(rng.normal(size=(RAYS, 3))))
     size = np.ptp(scene_data.geometry.mesh.vertices, axis=0).max(initial=0.0)
-    dtype = runtime.dtype()
-    origins = (points + BESIDE * size * normals).astype(dtype)
-    return lamp, origins, directions.astype(dtype), float(emitted.sum()) / RAYS
+    return lamp, points + BESIDE * size * normals, directions, float(emitted.sum()) / RAYS
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:

@@ -88,7 +88,7 @@ def follow(scene: Any, origins: np.ndarray, directions: np.ndarray, camera: Any,
 
     Args:
         scene: a ``SceneInKernels``.
-        origins, directions: (n, 3), in the running precision. camera: its eye looks at where they end.
+        origins, directions: (n, 3). camera: its eye looks at where they end.
         most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
     """
     random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)

@@ -40,8 +40,7 @@ def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> np.ndarr
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
     hits, leads, _ = look(scene_data, camera, places, to)
     is_lamp = hits.triangle_id == np.repeat(table.ids[lamp], len(POINTS))
-    is_seen = hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & is_lamp
-    is_seen = is_seen.reshape(-1, len(POINTS))
+    is_seen = (hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & is_lamp).reshape(-1, len(POINTS))
     of_points = is_seen * area[lamp, None] / len(POINTS)
     chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
     light = of_points * radiance_of(scene_data)[lamp, None]

@@ -53,13 +53,12 @@ def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[s
     if not (integrator.needs_light and scene.effects.samples_lights) or any(map(unfinished, brdfs)):
         return ()
     found = []
-    geometry = scene.geometry
     if not integrator.samples_brdf and has_narrow_lobes(scene):
         found.append("brdf")
     if not integrator.samples_lights:
         shares = [float(sun.solid_angles.sum()) for sun in suns]
         if scene.lights.has_lamps:
-            size, areas = float((geometry.high - geometry.low).max()), scene.lights.lamps.table.areas
+            size, areas = float((scene.geometry.high - scene.geometry.low).max()), scene.lights.lamps.table.areas
             alike = expected(np.sort(areas), ABOUT_AS_RARE * areas, each=1.0)  # a large lamp says nothing of a small
             shares.append(alike.min() / size**2)
         if shares and pixels * min(shares) < KNOWN * SPHERE:
@@ -116,27 +115,25 @@ def _sample_tiles(
         if hit.is_hit:
             surface = scene.surface_at(ray, hit)
             if not surface.is_delta():
-                value, p, q = other_sample(scene, surface, rng, from_brdf, has_density)
+                value, p, q = other_sample(scene, surface, rng, from_brdf)
+                if ti.static(not has_density):
+                    p = 1 / SPHERE
                 if q > 0 and abs(value).sum() < tm.inf:
                     light, chance = tm.sqrt(tm.dot(value, value) / 3), p / q
         found[k, row, column, 0], found[k, row, column, 1] = ti.cast(light, ti.f32), ti.cast(chance, ti.f32)
 
 
 @ti.func
-def other_sample(scene: ti.template(), surface, rng, from_brdf: ti.template(), has_density: ti.template()):
-    """(E, p, q) of one sample at a surface."""
-    value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
+def other_sample(scene: ti.template(), surface, rng, from_brdf: ti.template()):
+    """(E, p, q) of one sample at a surface, where p is the density of the technique that the estimator uses."""
+    value, p, q = tm.vec3(0), 0.0, 0.0
     if ti.static(from_brdf):
         w_i = surface.sample(rng.next_2d())
-        light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+        light, p = light_along(scene, surface, w_i, surface.weight(w_i))
         value, q = surface.weight(w_i) * light, surface.pdf(w_i)
-        if ti.static(has_density):
-            p = pdf
     else:
-        f_cos, light, q, pdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+        f_cos, light, q, p = sample_of_lights(scene, surface, rng.next_2d_of_term())
         value = f_cos * light / q
-        if ti.static(has_density):
-            p = pdf
     return value, p, q
 
 
