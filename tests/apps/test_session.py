@@ -24,6 +24,15 @@ def scene():
     return tt.load_scene_data("cube")
 
 
+class Endless:
+    """A process that never ends."""
+
+    def poll(self):
+        pass
+
+    kill = wait = poll
+
+
 class Ticking:
     """A clock that goes on by 2 ms whenever somebody looks at it, so that no test depends on how fast it runs."""
 
@@ -163,6 +172,20 @@ def test_cancel_keeps_what_was_shown(session):
     session.step(0.0)
     assert session.choice is None
     assert session.renderer.active.name == "normal"
+
+
+def test_what_compiles_has_the_processors_for_itself(session):
+    session.post({"type": "set", "name": "view", "value": "mis"})
+    settle(session)
+    chosen(session)
+    assert session.step(0.0)
+    session.choose("something that takes long", 60.0, lambda: None, Endless())
+    settle(session)
+    samples = session.renderer.samples
+    watch(session)
+    session.step(0.0)
+    assert session.renderer.samples == samples > 0
+    session.on_cancel()
 
 
 def test_two_pictures_get_the_same_number_of_samples(session):

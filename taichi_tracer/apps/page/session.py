@@ -206,7 +206,8 @@ class Session(Channel):
         is_growing = any(one.is_random for one in self.renderers) and not self.is_moving
         if not self.is_asked and not is_growing:
             return np.inf  # what nobody takes need not be rendered
-        if self.keys or not all(is_final(one) for one in self.renderers):
+        is_compiling = self.choice is not None and not self.is_moving  # which takes half as long if it is left alone
+        if self.keys or not all(is_final(one, is_compiling) for one in self.renderers):
             return 0.0
         return self.seconds_to_frame()
 
@@ -578,6 +579,6 @@ def error_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
     return {**finite, "text": str(error)}
 
 
-def is_final(renderer: ProgressiveRenderer) -> bool:
-    """Whether a picture is complete: a view without random samples."""
-    return not renderer.is_random and renderer.film.samples > 0 and renderer.is_current()
+def is_final(renderer: ProgressiveRenderer, has_time: bool = False) -> bool:
+    """Whether a picture needs no more samples: that of a view without random ones; or any, where more ``has_time``."""
+    return (has_time or not renderer.is_random) and renderer.film.samples > 0 and renderer.is_current()
