@@ -35,7 +35,7 @@ ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
 # as take longer than the compilation of other kernels.
 LEAST_GAIN, FIRST_LOOK = 1.5, 8
-MUCH = 1 << 22
+MUCH = 1 << 23
 BEGIN = 1 << 20  # the index of its first sample then, whose numbers no pilot had
 QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost
 
