@@ -128,7 +128,7 @@ def after_some_samples(monkeypatch, action):
 
 def test_ctrl_c_keeps_the_picture_so_far(monkeypatch, capsys):
     after_some_samples(monkeypatch, lambda: os.kill(os.getpid(), signal.SIGINT))
-    assert main([*WORDS, "--spp", str(SPP), "-o", "cube.npy", "--cluster", "local:2"]) == 130
+    assert main([*WORDS, "--spp", str(100 * SPP), "-o", "cube.npy", "--cluster", "local:2"]) == 130
     samples = int(capsys.readouterr().err.split("interrupted after ")[1].split()[0])
     np.testing.assert_allclose(np.load("cube.npy"), alone(samples), rtol=1e-6)
 
