@@ -230,10 +230,10 @@ def intersector_of(chosen: IntersectorChoice | None, mesh: Mesh) -> type[RayInte
     """The intersector of a scene: its class, or an object without a geometry.
 
     The wide hierarchy is 1.2 to 2 times as fast; the binary one takes half of the time to compile. The wide one asks no
-    ``intersect_triangle``: where a student has replaced a method, the binary one runs.
+    ``intersect_triangle``: where a student has replaced a method, of all intersectors or of the binary one, that runs.
     """
     few = FEW_PRIMITIVES if runtime.ensure().arch == "cpu" else FEW_ON_GPUS
-    usual = "bvh" if mesh.num_primitives <= few else "wide_bvh"
+    usual = "bvh" if mesh.num_primitives <= few or replaced(BVHRayIntersector) else "wide_bvh"
     found = PARTS.find("intersector", usual if chosen is None else chosen)
     return BVHRayIntersector if found is WideBVH and replaced(WideBVH) else found
 

@@ -27,6 +27,7 @@ from taichi_tracer.integrators import one_sample, path_settings
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
+from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.options import intersector_of
 from taichi_tracer.picture.aovs import AOVS
@@ -61,7 +62,7 @@ from taichi_tracer.settings import (
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import size
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts import PARTS, unfinished
+from taichi_tracer.system.parts import PARTS, replaced, unfinished
 from taichi_tracer.system.stopwatch import TAICHI, stage
 from taichi_tracer.tones.display import Display
 
@@ -320,7 +321,8 @@ class Request:
         """
         start_taichi(self.settings)
         options = self.settings.given(*SCENE_ARGUMENTS)
-        if is_long and (self.document is None or self.document.intersector is None):
+        is_said = self.document is not None and self.document.intersector is not None
+        if is_long and not is_said and not replaced(BVHRayIntersector):
             options.setdefault("intersector", "wide_bvh")
         if not self.may_add_light:
             options["environment"] = self.load_environment()

@@ -267,7 +267,7 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
         theirs = vars(self)["_theirs"]
         if self.active.name in MODES_OF_A2:
             theirs = vars(self).get("_without_lamps", theirs)
-        return call_with_known_args(getattr(theirs, name), ray)
+        return call_with_known_args(if_written(type(theirs), name, getattr(theirs, name)), ray)
 
     made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:

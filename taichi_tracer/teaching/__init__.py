@@ -39,6 +39,6 @@ def check(assignment: str, *classes: type, seed: int = 0, parts: Sequence[str] =
 
 def marked(renderer: Any) -> Any:
     """Let a renderer show a dark picture, and name what is missing, while it needs a method that is not written."""
-    from taichi_tracer.teaching.checkerboard import marked as mark
+    from taichi_tracer.teaching.placeholder import marked as mark
 
     return mark(renderer)
