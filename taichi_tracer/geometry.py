@@ -7,15 +7,13 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas.points import box_of
-from taichi_tracer.formulas.triangles import stable_normal, thinness, thinness_of, unit, unit_normals
+from taichi_tracer.formulas.triangles import thinness_of, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import Memory, varying
 
-# Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
-MANY_TRIANGLES = 200_000
 COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
@@ -351,9 +349,9 @@ class Geometry:
             memory.write(self.vertices, mesh.vertices)
             memory.write(self.triangle_vertex_ids, mesh.faces)
             memory.write(self.triangle_material_ids, np.asarray(mesh.face_materials))
-        corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
-        if 0 < self.n_triangles < MANY_TRIANGLES:
-            memory.write(self.unit_normals, unit_normals(*corners))
+            corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
+            normals_of_planes = unit_normals(*corners)
+            memory.write(self.unit_normals, normals_of_planes)
             memory.write(self.thinness, thinness_of(*corners))
         if self.has_normals and self.n_triangles > 0:
             normals, ids = mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3)), mesh.face_normals
@@ -361,7 +359,7 @@ class Geometry:
                 ids = np.full((self.n_triangles, 3), -1, np.int32)
             if self.completes_normals:  # behind those of the file, the normals of the planes
                 ids = np.where(ids < 0, len(normals) + np.arange(self.n_triangles, dtype=np.int32)[:, None], ids)
-                normals = np.concatenate([normals, unit_normals(*corners)])
+                normals = np.concatenate([normals, normals_of_planes])
             memory.write(self.normals, normals)
             memory.write(self.triangle_normal_ids, ids)
         if self.effects.spheres:
@@ -370,15 +368,6 @@ class Geometry:
             memory.write(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
             memory.write(self.culls, mesh.face_culls.astype(np.int32))
-        if self.n_triangles >= MANY_TRIANGLES:
-            self._set_normals()
-
-    @ti.kernel
-    def _set_normals(self):
-        for i in range(self.n_triangles):
-            v0, v1, v2 = self.triangle(i)
-            self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
-            self.thinness[i] = thinness(v0, v1, v2)
 
     @ti.func
     def triangle(self, triangle_id):
