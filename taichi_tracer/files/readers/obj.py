@@ -1,13 +1,14 @@
 """Wavefront OBJ: triangles in the file's order, exact floats, materials by first use (A1-17, C-16, C-18).
 
-All lines with the same keyword are parsed together. If any of them is not well formed, they are parsed one by one. This
-is slower, but it finds the line of the error.
+All lines with the same keyword are parsed together. If this fails, they are parsed one by one to find the line of the
+error.
 """
 
 import io
-import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from taichi_tracer.files.readers.text import (
     KeywordLines,
     Lines,
     all_numbers,
+    decode,
     name_in,
-    number,
     read_text,
 )
 from taichi_tracer.geometry import Mesh
@@ -32,11 +33,8 @@ from taichi_tracer.system.errors import InputError, MissingFileError
 DIGIT = ord("0")
 # The classes of characters: blanks, slashes, line ends, and 0 for all others.
 KINDS = bytes(c if c in b"\n/" else ord(" ") if c in SPACES else DIGIT for c in range(256))
-CORNER = re.compile(r"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?", re.ASCII)  # v, v/vt, v//vn, v/vt/vn
-INT64 = np.iinfo(np.int64)
-COLOURED = (6, 7)  # numbers of a v line with a colour: x y z r g b, and alpha
+FACE = "a face needs at least 3 corners v, v/vt, v//vn or v/vt/vn, and no index is 0"
 LONGEST_NORMAL = 1e20  # the square of a longer one is no number of f32
-IGNORED = ["o", "g", "s", "l", "p", "vt", "vp"]
 
 
 def read_obj(path: str | Path) -> Mesh:
@@ -51,12 +49,12 @@ def read_obj(path: str | Path) -> Mesh:
             first part.
     """
     path = Path(path)
-    lines = Lines(_read(path))
+    lines = Lines(read_text(path))
     positions = lines.take(b"v").without_comments()
     directions = lines.take(b"vn").without_comments()
     faces = lines.take(b"f").without_comments()
 
-    sizes, ids = _polygons_at_once(faces) or _polygons_one_by_one(faces, path)
+    sizes, ids = _parsed(_polygons, faces, FACE, path)
     vertex_ids = _resolve(ids[:, 0], sizes, faces, positions, "vertex", path)
     vertices = _rows(positions, path)
     corners, polygon_of = triangulate(vertices, sizes, vertex_ids)
@@ -97,13 +95,10 @@ def _leave_out_wild(normals: np.ndarray, ids: np.ndarray, path: Path, notes: lis
 
 def _colors(positions: KeywordLines, path: Path, notes: list[str]) -> np.ndarray | None:
     """(V, 3) linear colours, from x y z r g b in sRGB, from 0 to 1 or to 255; None if a vertex has none."""
-    first, last = positions.text.partition(b"\n")[0], positions.text.rstrip().rpartition(b"\n")[2]
-    most = max(len(line.split()) for line in (first, last))
-    rows = _table(positions, COLOURED[0]) if most in COLOURED else None
-    if rows is None and most >= COLOURED[0]:
-        needed = "x y z r g b, or x y z r g b a, is needed in every v line"
-        notes.append(f"{path}: colours of vertices are not used: {needed}")
+    rows = _table(positions.text, 6)
     if rows is None:
+        if len(positions.text.partition(b"\n")[0].split()) >= 6:
+            notes.append(f"{path}: colours of vertices are not used: x y z r g b is needed in every v line")
         return None
     colors = np.nan_to_num(rows[:, 3:])
     return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
@@ -116,57 +111,45 @@ def _coordinates(lines: Lines, ids: np.ndarray, sizes: np.ndarray, faces: Keywor
     return rows[_resolve(ids, sizes, faces, block, "texture coordinate", path)]
 
 
-def _read(path: Path) -> bytes:
-    """The text of a file; an InputError if it does not look like OBJ."""
-    text = read_text(path)
-    if not text.strip():
-        raise InputError(f"{path}: the file is empty")
-    known = "|".join(["#", *(rf"(?:{word})\s" for word in ("v", "vn", "f", "usemtl", "mtllib", *IGNORED))])
-    if re.search(rf"^\s*(?:{known})".encode(), text, re.MULTILINE) is None:
-        raise InputError(f"{path}: no line begins with v, f or another word of OBJ: this is some other kind of file")
-    return text
+def _parsed(parse: Callable[[bytes], Any], block: KeywordLines, needed: str, path: Path) -> Any:
+    """What ``parse`` makes of all lines together; an InputError names the first line of which it makes nothing."""
+    found = parse(block.text)
+    if found is None:
+        lines = zip(block.numbers.tolist(), block.text.split(b"\n"), strict=False)
+        line_number, line = next((k, line) for k, line in lines if parse(line + b"\n") is None)
+        raise InputError(f"{path}:{line_number}: {decode(line).strip()[:80]!r} cannot be read: {needed}")
+    return found
 
 
 def _rows(block: KeywordLines, path: Path, names: str = "x y z") -> np.ndarray:
     """(n, 3 or 2) float64 from ``v``, ``vn`` or ``vt`` lines. What follows (w, colours) is ignored."""
-    count = len(names.split())
-    rows = _table(block, count)
-    if rows is not None:
-        return rows
-    found = []
-    for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
-        words, where = line.split(), f"{path}:{line_number}"
-        if len(words) < count:
-            raise InputError(f"{where}: {names} are needed, and there are {len(words)} numbers")
-        found.append([number(word, where) for word in words[:count]])
-    return np.array(found)
+    return _parsed(lambda text: _table(text, len(names.split())), block, f"the numbers {names} are needed", path)
 
 
-def _table(block: KeywordLines, count: int) -> np.ndarray | None:
+def _table(text: bytes, count: int) -> np.ndarray | None:
     """(n, count) float64, the first numbers of each line; None if a line has fewer, or other words."""
-    if len(block) == 0:
+    if not text:
         return np.zeros((0, count))
     try:
-        lines = io.BytesIO(block.text.replace(b"\r", b" "))
-        rows = np.loadtxt(lines, comments=None, usecols=range(count), ndmin=2)
+        rows = np.loadtxt(io.BytesIO(text.replace(b"\r", b" ")), comments=None, usecols=range(count), ndmin=2)
     except ValueError:
         return None
-    return rows if len(rows) == len(block) else None
+    return rows if len(rows) == text.count(b"\n") else None
 
 
-def _polygons_at_once(block: KeywordLines) -> tuple[np.ndarray, np.ndarray] | None:
+def _polygons(lines: bytes) -> tuple[np.ndarray, np.ndarray] | None:
     """(P,) the numbers of corners of all faces; and (C, 3) of each corner, as the file counts them, 0 for none: vertex,
     texture coordinate and normal. None if a line is not a face.
 
     A number belongs to the corner that begins after the last blank. How many slashes stand before it in its corner says
     what it is.
     """
-    kinds = block.text.translate(KINDS)
+    kinds = lines.translate(KINDS)
     text = np.frombuffer(kinds, np.uint8)
     is_digit = text == DIGIT
     starts = 1 + np.flatnonzero(is_digit[1:] > is_digit[:-1])  # of numbers; every line begins with a blank
-    numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
-    if not kinds or numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
+    numbers = all_numbers(lines.replace(b"/", b" "), np.int64)
+    if numbers is None or len(numbers) != len(starts) or b" /" in kinds or b"///" in kinds:
         return None
     follows = text[starts - 1] == SLASH
     begins = np.flatnonzero(~follows)
@@ -174,33 +157,11 @@ def _polygons_at_once(block: KeywordLines) -> tuple[np.ndarray, np.ndarray] | No
     slashes = np.cumsum(np.add(follows, follows & (text[starts - 2] == SLASH), dtype=np.int32))
     corner = np.cumsum(~follows) - 1
     place = slashes - slashes[begins][corner]
-    if sizes.min() < 3 or not numbers.all() or place.max() > 2:
+    if sizes.min(initial=3) < 3 or not numbers.all() or place.max(initial=0) > 2:
         return None
     corners = np.zeros((len(begins), 3), np.int64)
     corners[corner, place] = numbers
     return sizes, corners
-
-
-def _polygons_one_by_one(block: KeywordLines, path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """The same; the error names the line that is not a face."""
-    sizes, corners = [], []
-    for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
-        where, words = f"{path}:{line_number}", line.split()
-        if len(words) < 3:
-            raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
-        sizes.append(len(words))
-        corners += [_corner(word, where) for word in words]
-    return np.array(sizes, np.int64), np.array(corners, np.int64).reshape(-1, 3)
-
-
-def _corner(word: str, where: str) -> list[int]:
-    """The indices of vertex, texture coordinate and normal of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for none."""
-    match = CORNER.fullmatch(word)
-    if match is None:
-        raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn")
-    if any(part is not None and int(part) == 0 for part in match.groups()):
-        raise InputError(f"{where}: index 0 in {word!r}: OBJ indices start at 1")
-    return [max(INT64.min, min(INT64.max, int(part or 0))) for part in match.groups()]
 
 
 def _resolve(
