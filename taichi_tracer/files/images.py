@@ -63,6 +63,12 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
     return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
+def linear_colors(values: np.ndarray) -> np.ndarray:
+    """(n, 3) linear colours from sRGB, whose 1 is the largest whole number of their type; of floats, 1 or else 255."""
+    most = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 255 if (values > 1).any() else 1
+    return linear_from_srgb(np.clip(np.nan_to_num(values) / np.float64(most), 0, 1))
+
+
 # ── writing ──
 
 
@@ -354,61 +360,48 @@ def _decode_pfm(path: Path, raw: bytes) -> np.ndarray:
 
 
 def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
+    """The display window of an image: black outside its data window, whose overscan is cut off."""
     extension = path.suffix.lower()
     oiio = _openimageio("16-bit colour .png" if extension == ".png" else extension)
     settings = oiio.ImageSpec()
     settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
-    file = oiio.ImageInput.open(str(path), settings)
-    if file is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({one_line(oiio.geterror())})")
-    names = _choose_part(file, path)
-    spec = file.spec()
+    first = oiio.ImageBuf(str(path), 0, 0, settings)
+    parts = [first, *(oiio.ImageBuf(str(path), k, 0, settings) for k in range(1, first.nsubimages))]
+    if first.has_error:
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({one_line(first.geterror().splitlines()[0])})")
+    part, channels = _choose_part(parts, path)
+    spec = part.spec()
     _check_size(spec.width, spec.height)
     _check_size(spec.full_width, spec.full_height)
-    pixels = file.read_image("float")
-    if pixels is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({one_line(file.geterror())})")
-    pixels = np.asarray(pixels).reshape(spec.height, spec.width, -1)[..., names]
-    return _by_hdr_header(pixels, raw) if extension == ".hdr" else _in_display_window(pixels, spec)
+    pixels = part.get_pixels(oiio.FLOAT, part.roi_full)
+    if part.has_error:
+        raise InputError(f"cannot be read ({one_line(part.geterror().splitlines()[0])})")
+    pixels = pixels.reshape(spec.full_height, spec.full_width, -1)[..., channels]
+    return _by_hdr_header(pixels, raw) if extension == ".hdr" else pixels
 
 
-def _choose_part(file, path: Path) -> list[int]:
-    """Seek the first part of a file that has R, G, B, and return the numbers of the three channels.
+def _choose_part(parts: list, path: Path) -> tuple[Any, list[int]]:
+    """The first part of a file that has R, G, B, and the numbers of the three channels.
 
     Without any, it is the first part: its Y, or all its channels. Channels of a layer have its name before a dot.
 
     Warns:
         UserWarning: there are several parts or layers; it names the one that is read.
     """
-    found, layers, part = None, 0, 0
-    while file.seek_subimage(part, 0):
-        spec = file.spec()
-        names = list(spec.channelnames)
-        for layer in dict.fromkeys(name.rpartition(".")[0] for name in names):
-            layers += 1
-            wanted = [f"{layer}.{c}" if layer else c for c in "RGB"]
-            if found is None and set(wanted) <= set(names):
-                label = ".".join(dict.fromkeys(one for one in (spec.getattribute("name"), layer) if one))
-                found = part, [names.index(c) for c in wanted], label or ", ".join(wanted)
-        part += 1
-    channels: list[int]
-    part, channels, label = found or (0, [], "the first")
-    file.seek_subimage(part, 0)
-    if layers > 1:
-        warnings.warn(f"{path}: of {layers} parts and layers, {label} is read", stacklevel=5)
-    names = list(file.spec().channelnames)
-    return channels or ([names.index("Y")] if "Y" in names else list(range(len(names))))
-
-
-def _in_display_window(pixels: np.ndarray, spec: Any) -> np.ndarray:
-    """(h, w, c) the display window of an image: black outside its data window, whose overscan is cut off."""
-    image = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), np.float32)
-    x, y = spec.x - spec.full_x, spec.y - spec.full_y
-    inside = pixels[max(0, -y) :, max(0, -x) :][
-        : max(0, spec.full_height - max(0, y)), : max(0, spec.full_width - max(0, x))
+    names = [list(part.spec().channelnames) for part in parts]
+    layers = [
+        (k, one) for k in range(len(parts)) for one in dict.fromkeys(name.rpartition(".")[0] for name in names[k])
     ]
-    image[max(0, y) :, max(0, x) :][: inside.shape[0], : inside.shape[1]] = inside
-    return image
+    for k, layer in layers:
+        wanted = [f"{layer}.{c}" if layer else c for c in "RGB"]
+        if set(wanted) <= set(names[k]):
+            break
+    else:
+        k, layer, wanted = 0, "the first", ["Y"] if "Y" in names[0] else names[0]
+    if len(layers) > 1:
+        label = ".".join(dict.fromkeys(one for one in (parts[k].spec().getattribute("name"), layer) if one))
+        warnings.warn(f"{path}: of {len(layers)} parts and layers, {label or ', '.join(wanted)} is read", stacklevel=5)
+    return parts[k], [names[k].index(one) for one in wanted]
 
 
 def _by_hdr_header(pixels: np.ndarray, raw: bytes) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.files.images import linear_from_srgb, one_line
+from taichi_tracer.files.images import linear_colors, linear_from_srgb, one_line
 from taichi_tracer.files.readers.gltf import read_gltf
 from taichi_tracer.files.readers.ply import read_ply
 from taichi_tracer.geometry import Mesh, check
@@ -74,10 +74,8 @@ def _read_off(raw: bytes, path: Path, notes: list[str]) -> Mesh:
     rows = [lines[1 + vertices + face] for face in range(faces)]
     points = np.array([line[:3] for line in lines[1 : 1 + vertices]], np.float64).reshape(-1, 3)
     polygons = [np.array(row[1 : 1 + int(row[0])], np.int64) for row in rows]
-    if any(len(own) < int(row[0]) or len(own) < 3 for own, row in zip(polygons, rows, strict=True)):
-        raise InputError("a face has fewer corners than it says, or fewer than 3")
     ids = np.concatenate([np.zeros(0, np.int64), *polygons])
-    corners, _ = triangulate(points, np.array([len(own) for own in polygons], np.int64), ids)
+    corners, _ = triangulate(points, np.array([int(row[0]) for row in rows], np.int64), ids)
     return Mesh(points, ids[corners].astype(np.int32), source=str(path))
 
 
@@ -153,9 +151,7 @@ def _corner_colors(mesh) -> np.ndarray | None:
         given = visual.vertex_colors if visual.kind == "vertex" else visual.face_colors
     if given is None:
         return None
-    colors = np.asarray(given)[:, :3]
-    colors = colors / np.iinfo(colors.dtype).max if colors.dtype.kind in "iu" else colors
-    colors = linear_from_srgb(np.clip(np.nan_to_num(colors.astype(np.float64)), 0, 1))
+    colors = linear_colors(np.asarray(given)[:, :3])
     return np.repeat(colors[:, None], 3, axis=1) if getattr(visual, "kind", None) == "face" else colors[faces]
 
 

@@ -11,14 +11,14 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles 0 1 2, 0 2 3, 0 3 4 … of polygons (C-18).
 
     Args:
-        sizes: (P,) the number of corners of each polygon, at least 3.
+        sizes: (P,) the number of corners of each polygon; fewer than 3 are no triangle.
 
     Returns:
         (F, 3) indices into the list of all corners, and (F,) the polygon of each triangle.
     """
     if (sizes == 3).all():
         return np.arange(3 * len(sizes)).reshape(-1, 3), np.arange(len(sizes))
-    triangles = sizes - 2
+    triangles = np.maximum(sizes - 2, 0)
     polygon_of = np.repeat(np.arange(len(sizes)), triangles)
     first_corner = (np.cumsum(sizes) - sizes)[polygon_of]
     first_triangle = (np.cumsum(triangles) - triangles)[polygon_of]

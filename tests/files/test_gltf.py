@@ -55,9 +55,9 @@ def test_a_sun_shines_along_minus_z():
 
 
 def test_what_cannot_be_used_is_told():
-    nodes = [node(0), node(1, scale=[0, 0, 0]), node(2, children=[0])]
+    nodes = [node(0, children=[1, 2]), node(1, scale=[0, 0, 0]), node(2)]
     found, notes = lights(nodes, [{"type": "area"}, {"type": "point", "name": "gone"}, {"type": "point"}])
-    assert len(found) == 1  # a node that stands in two places, or contains itself, is met once
+    assert len(found) == 1
     assert notes == [
         "light 'area' is not used: its type or its place is unknown",
         "light 'gone' is not used: its type or its place is unknown",

@@ -64,10 +64,10 @@ GOOD = ply("<", [(0, 1, 2)])
         (ply("", [(0, 1, -1)]), "a face has vertex -1"),
         (ply("", [(0, 1, "x")]), "could not convert string to float"),
         (GOOD.replace(b"float x", b"half x"), "the line 'property half x' of the header cannot be read"),
-        (GOOD.replace(b"float x", b"float a"), "its vertices need the properties x, y and z"),
+        (GOOD.replace(b"float x", b"float a"), "vertices need x, y and z"),
         (GOOD.replace(b"end_header", b"end"), "its header must end with end_header"),
         (GOOD.replace(b"binary_little", b"binary_middle"), "of the header cannot be read"),
-        (GOOD.replace(b"face", b"tristrips"), "it has triangle strips, which are not read"),
+        (GOOD.replace(b"face", b"tristrips"), "strips are not read"),
     ],
 )
 def test_what_cannot_be_used_is_one_line(mesh_of, content, message):

@@ -7,9 +7,9 @@ import base64
 import io
 import json
 import math
-import struct
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, unquote_to_bytes
@@ -40,7 +40,6 @@ QUANTIZED = "KHR_mesh_quantization"
 INSTANCING = "EXT_mesh_gpu_instancing"
 READ = (LIGHTS, STRENGTH, UNLIT, TRANSFORM, QUANTIZED, INSTANCING)
 
-GLB_HEADER, GLB_CHUNK = 12, struct.Struct("<II")  # bytes of magic, version and length; length and type
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # of a componentType
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of primitives with triangles
@@ -63,9 +62,8 @@ def json_of(raw: bytes) -> tuple[dict, bytes | None]:
     """The JSON of a file, and the buffer that stands in it if it is a GLB."""
     if raw[:4] != b"glTF":
         return json.loads(raw), None
-    length, _ = GLB_CHUNK.unpack_from(raw, GLB_HEADER)
-    first = GLB_HEADER + GLB_CHUNK.size
-    return json.loads(raw[first : first + length]), raw[first + length + GLB_CHUNK.size :]
+    length = int.from_bytes(raw[12:16], "little")  # the header has 12 bytes, and each chunk 8: its length and type
+    return json.loads(raw[20 : 20 + length]), raw[28 + length :]
 
 
 class Gltf:
@@ -77,7 +75,9 @@ class Gltf:
 
     def __init__(self, content: Any, buffer: bytes | None, path: Path, notes: list[str]) -> None:
         self.content, self.buffer, self.path, self.notes = content, buffer, path, notes
-        self.known: dict[Any, Any] = {}  # buffers, materials and primitives that were read
+        # Each of them is read once.
+        self.bytes_of, self.part = cache(self.read_buffer), cache(self.read_part)
+        self.material, self.picture = cache(self.read_material), cache(self.read_picture)
         nodes = enumerate(content.get("nodes", []))
         self.parents = {child: k for k, node in nodes for child in node.get("children", [])}
 
@@ -90,8 +90,10 @@ class Gltf:
         self.notes += [f"the extension {name} is not read" for name in used if name not in READ]
         if self.content.get("animations"):
             self.notes.append("animations are not read: the pose is that of the nodes")
-        placed, lights = [], []
-        for node, matrix in self.nodes():
+        placed, lights, nodes = [], [], self.content.get("nodes", [])
+        scenes, without_parent = self.content.get("scenes"), [k for k in range(len(nodes)) if k not in self.parents]
+        roots = scenes[self.content.get("scene", 0)].get("nodes", []) if scenes else without_parent
+        for node, matrix in self.nodes(roots):
             if "mesh" in node:
                 matrices = self.instances(node, matrix)
                 placed += [(part, one) for part in self.parts(node) for one in matrices]
@@ -100,13 +102,6 @@ class Gltf:
                 lights += light_of(known, extensions(node)[LIGHTS]["light"], matrix, self.notes)
         self.notes[:] = dict.fromkeys(self.notes)
         return replace(assemble(placed, str(self.path)), lights=lights)
-
-    def entry(self, name: str, number: Any) -> Any:
-        """The entry of a list of the file, by its number."""
-        try:
-            return self.content[name][number]
-        except (LookupError, TypeError):
-            raise InputError(f"{name}[{number}] is needed, and is not there") from None
 
     # ── arrays ──
 
@@ -117,14 +112,16 @@ class Gltf:
             return base64.b64decode(unquote_to_bytes(data)) if head.endswith(";base64") else unquote_to_bytes(data)
         return read_bytes(self.path.parent / unquote(uri))
 
+    def read_buffer(self, number: int) -> memoryview:
+        """The bytes of a buffer; one without a URI is that of the GLB."""
+        uri = self.content["buffers"][number].get("uri")
+        return memoryview((self.buffer or b"") if uri is None else self.bytes_at(uri))
+
     def view(self, number: int) -> tuple[memoryview, int]:
         """The bytes of a buffer view, and its stride; 0 for none."""
-        view = self.entry("bufferViews", number)
-        if (index := view["buffer"]) not in self.known:
-            uri = self.entry("buffers", index).get("uri")
-            self.known[index] = self.buffer if uri is None else self.bytes_at(uri)
+        view = self.content["bufferViews"][number]
         start = view.get("byteOffset", 0)
-        return memoryview(self.known[index] or b"")[start : start + view["byteLength"]], view.get("byteStride", 0)
+        return self.bytes_of(view["buffer"])[start : start + view["byteLength"]], view.get("byteStride", 0)
 
     def rows(self, view: int, offset: int, kind: str, width: int, count: int) -> np.ndarray:
         """(count, width) numbers of a buffer view."""
@@ -138,7 +135,7 @@ class Gltf:
         Args:
             is_share: whether integers are always normalised, as for texture coordinates and colours.
         """
-        accessor = self.entry("accessors", number)
+        accessor = self.content["accessors"][number]
         kind, width, count = TYPES[accessor["componentType"]], WIDTHS[accessor["type"]], accessor["count"]
         if "bufferView" in accessor:
             found = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, width, count)
@@ -158,21 +155,16 @@ class Gltf:
 
     # ── places ──
 
-    def nodes(self) -> Iterator[tuple[dict, np.ndarray]]:
-        """Every node of the scene that is shown, and its (4, 4) matrix to world space; each node once."""
-        nodes, scenes = self.content.get("nodes", []), self.content.get("scenes", [])
-        roots = self.entry("scenes", self.content.get("scene", 0)).get("nodes", []) if scenes else range(len(nodes))
-        waiting, seen = list(reversed(roots)), set()
-        while waiting:
-            number = waiting.pop()
-            if number not in seen:
-                seen.add(number)
-                yield self.entry("nodes", number), self.to_world(number)
-                waiting += reversed(nodes[number].get("children", []))
+    def nodes(self, numbers: list[int]) -> Iterator[tuple[dict, np.ndarray]]:
+        """Each of these nodes with those below it, and the (4, 4) matrix to world space."""
+        for number in numbers:
+            node = self.content["nodes"][number]
+            yield node, self.to_world(number)
+            yield from self.nodes(node.get("children", []))
 
     def to_world(self, number: int) -> np.ndarray:
         """(4, 4) from a node to the world."""
-        matrix = _matrix(self.entry("nodes", number))
+        matrix = _matrix(self.content["nodes"][number])
         return self.to_world(self.parents[number]) @ matrix if number in self.parents else matrix
 
     def instances(self, node: dict, matrix: np.ndarray) -> list[np.ndarray]:
@@ -187,7 +179,7 @@ class Gltf:
 
     def joints(self, number: int) -> np.ndarray:
         """(J, 4, 4) from a mesh to the world by each joint of a skin."""
-        skin = self.entry("skins", number)
+        skin = self.content["skins"][number]
         places = np.array([self.to_world(joint) for joint in skin["joints"]])
         if "inverseBindMatrices" in skin:
             places = (
@@ -199,19 +191,17 @@ class Gltf:
 
     def parts(self, node: dict) -> Iterator[Mesh]:
         """The primitives of a node's mesh that have triangles; the same object where nothing is different."""
-        mesh = self.entry("meshes", node["mesh"])
+        mesh = self.content["meshes"][node["mesh"]]
         weights = tuple(node.get("weights", mesh.get("weights", ())))
         for number, primitive in enumerate(mesh["primitives"]):
-            key = node["mesh"], number, weights, node.get("skin")
             if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
                 self.notes.append("points and lines are not read")
-                continue
-            if key not in self.known:
-                self.known[key] = self.part(primitive, weights, node.get("skin"))
-            yield self.known[key]
+            else:
+                yield self.part(node["mesh"], number, weights, node.get("skin"))
 
-    def part(self, primitive: dict, weights: tuple, skin: int | None) -> Mesh:
-        """A primitive, with the morphs of the weights and the pose of the skin."""
+    def read_part(self, mesh: int, number: int, weights: tuple, skin: int | None) -> Mesh:
+        """A primitive of a mesh, with the morphs of the weights and the pose of the skin."""
+        primitive = self.content["meshes"][mesh]["primitives"][number]
         attributes = primitive["attributes"]
         arrays = {name: self.array(attributes[name]) for name in ("POSITION", "NORMAL") if name in attributes}
         for weight, target in zip(weights, primitive.get("targets", []), strict=False):
@@ -263,16 +253,11 @@ class Gltf:
 
     # ── materials ──
 
-    def material(self, number: int | None, has_colors: bool) -> tuple[Material, Place]:
-        """A material, and the place of its pictures."""
+    def read_material(self, number: int | None, has_colors: bool) -> tuple[Material, Place]:
+        """A material with its pictures, and their place; what they cannot have is a note."""
         if number is None:
             return Material(), NO_PLACE
-        if (number, has_colors) not in self.known:
-            self.known[number, has_colors] = self.with_textures(self.entry("materials", number), number, has_colors)
-        return self.known[number, has_colors]
-
-    def with_textures(self, look: dict, number: int, has_colors: bool) -> tuple[Material, Place]:
-        """A material with its pictures, and their place; what they cannot have is a note."""
+        look = self.content["materials"][number]
         values, name = look.get("pbrMetallicRoughness", {}), look.get("name", number)
         used = {one: place_of(values[one]) for one in (COLOUR, LAYER) if one in values}
         others = [one for part in (look, values) for one in part if one.endswith("Texture") and one not in used]
@@ -306,29 +291,26 @@ class Gltf:
             self.notes.append(f"alphaMode BLEND is not read: surfaces with alpha below {USUAL_CUTOFF} are holes")
         return replace(alpha, pixels=alpha.pixels * np.float32(0.5 / cutoff))
 
-    def picture(self, number: int) -> tuple[Texture, Texture, Texture] | None:
+    def read_picture(self, number: int) -> tuple[Texture, Texture, Texture] | None:
         """The picture of a texture: as colours in sRGB, as plain numbers, and its alpha. None: it cannot be read."""
         from PIL import Image
 
-        if ("picture", number) not in self.known:
-            try:
-                texture = self.entry("textures", number)
-                image = self.entry("images", texture["source"])
-                data = self.bytes_at(image["uri"]) if "uri" in image else bytes(self.view(image["bufferView"])[0])
-                with Image.open(io.BytesIO(data)) as opened:
-                    steps = 65535 if opened.mode.startswith("I") else 255
-                    pixels = opened if steps == 65535 else opened.convert("RGBA")
-                    pixels = np.asarray(pixels, np.float32).reshape(opened.height, opened.width, -1) / np.float32(steps)
-            except (InputError, LookupError, OSError, ValueError, TypeError):
-                self.known["picture", number] = None
-                return None
-            sampler = self.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
-            wrap = tuple(WRAPS.get(sampler.get(name), "repeat") for name in ("wrapS", "wrapT"))
-            rgb, alpha = (np.broadcast_to(one, (*one.shape[:2], 3)) for one in (pixels[..., :3], pixels[..., -1:]))
-            colours = linear_from_srgb(rgb).astype(np.float32)
-            alpha = alpha if pixels.shape[2] == 4 else np.ones_like(rgb)
-            self.known["picture", number] = tuple(Texture(one, wrap) for one in (colours, rgb, alpha))
-        return self.known["picture", number]
+        try:
+            texture = self.content["textures"][number]
+            image = self.content["images"][texture["source"]]
+            data = self.bytes_at(image["uri"]) if "uri" in image else bytes(self.view(image["bufferView"])[0])
+            with Image.open(io.BytesIO(data)) as opened:
+                steps = 65535 if opened.mode.startswith("I") else 255
+                pixels = opened if steps == 65535 else opened.convert("RGBA")
+                pixels = np.asarray(pixels, np.float32).reshape(opened.height, opened.width, -1) / np.float32(steps)
+        except (InputError, LookupError, OSError, ValueError, TypeError):
+            return None
+        sampler = self.content["samplers"][texture["sampler"]] if "sampler" in texture else {}
+        wrap = tuple(WRAPS.get(sampler.get(name), "repeat") for name in ("wrapS", "wrapT"))
+        rgb, alpha = (np.broadcast_to(one, (*one.shape[:2], 3)) for one in (pixels[..., :3], pixels[..., -1:]))
+        colours = linear_from_srgb(rgb).astype(np.float32)
+        alpha = alpha if pixels.shape[2] == 4 else np.ones_like(rgb)
+        return Texture(colours, wrap), Texture(rgb, wrap), Texture(alpha, wrap)
 
 
 def triangles_of(ids: np.ndarray, mode: int) -> np.ndarray:

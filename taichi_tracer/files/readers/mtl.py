@@ -48,8 +48,6 @@ def read_mtl(path: str | Path, notes: list[str]) -> dict[str, Material]:
         keyword = words[0].lower()
         if keyword == "newmtl":
             name = name_in(line.strip()[len("newmtl") :])
-            if name == "":
-                raise InputError(f"{where}: newmtl needs a name")
             materials[name] = Material(name=name)
         elif keyword in COLORS or keyword in NUMBERS or keyword == "tr":
             if name is None:
@@ -99,8 +97,6 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str], images: dict) -
 
 def _values(keyword: str, words: list[str], where: str) -> dict:
     """The field of ``Material`` that a line sets, with its value."""
-    if keyword in COLORS and len(words) > 1 and words[1].lower() in ("spectral", "xyz"):
-        raise InputError(f"{where}: {words[0]} {words[1]} is not supported: give three numbers r g b")
     if keyword == "d" and words[1:2] == ["-halo"]:
         words = [words[0], *words[2:]]
     values = [_finite(word, where) for word in words[1:]]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.images import linear_from_srgb
+from taichi_tracer.files.images import linear_colors
 from taichi_tracer.files.readers.mtl import find_library, read_mtl
 from taichi_tracer.files.readers.text import (
     NEWLINE,
@@ -100,8 +100,7 @@ def _colors(positions: KeywordLines, path: Path, notes: list[str]) -> np.ndarray
         if len(positions.text.partition(b"\n")[0].split()) >= 6:
             notes.append(f"{path}: colours of vertices are not used: x y z r g b is needed in every v line")
         return None
-    colors = np.nan_to_num(rows[:, 3:])
-    return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
+    return linear_colors(rows[:, 3:])
 
 
 def _coordinates(lines: Lines, ids: np.ndarray, sizes: np.ndarray, faces: KeywordLines, path: Path) -> np.ndarray:

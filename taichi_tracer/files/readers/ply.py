@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.images import linear_from_srgb, read_image
+from taichi_tracer.files.images import linear_colors, read_image
 from taichi_tracer.files.readers.text import all_numbers
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, Texture
@@ -22,7 +22,6 @@ TEXTURE = re.compile(r"^comment\s+TextureFile\s+(.+)$", re.MULTILINE | re.IGNORE
 LISTS = ("vertex_indices", "vertex_index")  # the names of a face's list of vertex ids
 COORDINATES = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))  # the names of a vertex's texture coordinates
 COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
-LARGEST = 255  # of colours that are floating point and above 1
 
 
 # The elements of a header by name: how many rows, and name → (type of a list's count, or "" for a number; type).
@@ -117,21 +116,12 @@ def one_by_one(element: str, count: int, kinds: dict, body: bytes, at: int, most
 def mesh_of(elements: Elements, tables: dict, head: str, path: Path, notes: list[str]) -> Mesh:
     """The triangles of the elements vertex and face, with what their corners have."""
     vertex, face = tables.get("vertex", {}), tables.get("face", {})
-    if not set("xyz") <= set(vertex) and face:
-        raise InputError("its vertices need the properties x, y and z")
-    lists = [face[name] for name in LISTS if name in face]
-    if not lists:
-        strips = "it has triangle strips, which are not read: export it with triangles" if "tristrips" in tables else ""
-        raise InputError(strips or "the file has no triangles")
-    points = columns(vertex, "xyz") + 0.0  # −0 becomes 0
+    points, lists = columns(vertex, "xyz"), [face[name] for name in LISTS if name in face]
+    if points is None or not lists:
+        raise InputError("no triangles: vertices need x, y and z, and faces vertex_indices; strips are not read")
     sizes, ids = lists[0]
-    is_face = sizes >= 3
-    if not is_face.all():
-        notes.append(f"{(~is_face).sum()} faces with fewer than 3 corners are left out")
-    is_corner = np.repeat(is_face, sizes)
-    corners, polygon_of = triangulate(points, sizes[is_face], ids[is_corner].astype(np.int64))
-    corners, polygon_of = np.flatnonzero(is_corner)[corners], np.flatnonzero(is_face)[polygon_of]
-    mesh = Mesh(points, ids[corners].astype(np.int32), source=str(path))
+    corners, polygon_of = triangulate(points, sizes, ids.astype(np.int64))
+    mesh = Mesh(points + 0.0, ids[corners].astype(np.int32), source=str(path))  # −0 becomes 0
     normals = columns(vertex, ("nx", "ny", "nz"))
     if normals is not None:
         mesh.normals, mesh.face_normals = normals, mesh.faces
@@ -162,9 +152,7 @@ def colours_of(table: dict, kinds: dict[str, tuple[str, str]]) -> np.ndarray | N
     for names in COLOURS:
         colors = columns(table, names)
         if colors is not None:
-            colors, kind = np.nan_to_num(colors), kinds[names[0]][1]
-            most = np.iinfo(kind).max if kind[0] in "iu" else LARGEST if (colors > 1).any() else 1
-            return linear_from_srgb(np.clip(colors / most, 0, 1))
+            return linear_colors(colors.astype(kinds[names[0]][1]))
     return None
 
 
