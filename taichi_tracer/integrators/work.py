@@ -7,6 +7,7 @@ no maps use the parts themselves, and pay nothing.
 
 import copy
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import taichi as ti
@@ -88,20 +89,21 @@ def counted(parts: Any, number: str) -> Any:
     scene = counted_scene(parts.scene, tally)
     eye_rays = copy.copy(parts.eye_rays)
     eye_rays.intersector = scene.ray_intersector
-    sampler = observed(parts.sampler, {"start": beginning}, tally)
-    film = observed(parts.film, {"record": recording}, (tally, number))
+    sampler = observed(parts.sampler, {"start": partial(beginning, tally)})
+    film = observed(parts.film, {"record": partial(recording, tally, number)})
     return parts._replace(scene=scene, eye_rays=eye_rays, sampler=sampler, film=film)
 
 
 def counted_scene(scene: Any, tally: WorkTally) -> Any:
     """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
-    search: dict[str, Callable] = dict.fromkeys(ENTERING, entering) | dict.fromkeys(TRYING, trying)
-    observers: dict[str, dict[str, Callable]] = {
-        "ray_intersector": search | {"sphere_candidate": trying_sphere, "is_occluded": sending},
-        "surface": dict.fromkeys(SCATTERING, scattering),
-        "lights": {"sample": sampling},
+    search = dict.fromkeys(ENTERING, partial(entering, tally)) | dict.fromkeys(TRYING, partial(trying, tally))
+    others = {"sphere_candidate": partial(trying_sphere, tally), "is_occluded": partial(sending, tally)}
+    observers = {
+        "ray_intersector": search | others,
+        "surface": dict.fromkeys(SCATTERING, partial(scattering, tally)),
+        "lights": {"sample": partial(sampling, tally)},
     }
-    return observed_scene(scene, observers, tally)
+    return observed_scene(scene, observers)
 
 
 def beginning(tally: WorkTally, sampler: Any, start: Callable, *of: Any) -> Any:
@@ -110,9 +112,10 @@ def beginning(tally: WorkTally, sampler: Any, start: Callable, *of: Any) -> Any:
     return start(*of)
 
 
-def recording(watcher: Any, film: Any, record: Callable, x: Any, y: Any, value: Any, index: Any) -> Any:
-    """A sample ends; the watcher is its tally, and the name of the number that the film gets."""
-    tally, number = watcher
+def recording(
+    tally: WorkTally, number: str, film: Any, record: Callable, x: Any, y: Any, value: Any, index: Any
+) -> Any:
+    """A sample ends; the film gets a number of its tally."""
     return record(x, y, _grey(getattr(tally, number)), index)
 
 

@@ -46,9 +46,6 @@ class CannotCompileError(InputError):
 class MissingFileError(InputError, FileNotFoundError):
     """A named file does not exist or cannot be opened."""
 
-    def __str__(self) -> str:
-        return str(self.args[0])
-
 
 class NotFiniteWarning(UserWarning):
     """Many samples are NaN or infinite. The command line reports them at the end of a picture."""

@@ -17,11 +17,10 @@ from taichi.lang import impl
 
 from taichi_tracer.system.compile_time import compile_time
 
-Observer = Callable[..., Any]  # (part, call, *arguments) → what the method returns; with a watcher, that comes first
-CLASSES = 256  # observed classes that are remembered
+Observer = Callable[..., Any]  # (part, call, *arguments) → what the method returns
 
 
-def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) -> Any:
+def observed(part: Any, observers: Mapping[str, Observer]) -> Any:
     """A copy of a part, of a class derived from its own, whose named methods go through observers.
 
     A method may be replaced in every way that ``overridable`` allows: in a subclass, by an assignment to the class or
@@ -30,34 +29,22 @@ def observed(part: Any, observers: Mapping[str, Observer], watcher: Any = None) 
 
     Args:
         observers: the name of a method → its observer. Names that the part does not have are left out.
-        watcher: what the observers get before the part. If they are functions of a module, and all that they know comes
-            from here, then another part, watcher and process have the same class, and so the same kernels.
     """
     found, own = object.__new__(type(part)), vars(part)
     vars(found).update(own)  # what kernels read is shared, even if ``copy`` would make it anew
-    steps = []
+    methods = {}
     for name, observer in observers.items():
         if hasattr(part, name):
             is_own = name in own  # it was assigned to the object; the new class calls it
             vars(found).pop(name, None)
-            steps.append((name, own[name] if is_own else inspect.getattr_static(type(part), name), is_own, observer))
-    level = None
-    if watcher is not None:
-        watchers = getattr(part, "watchers", ())
-        level, found.watchers = len(watchers), (*watchers, watcher)
-    make: Callable = _class.__wrapped__ if watcher is None else _class  # a function made for this part keeps it alive
-    found.__class__ = make(type(part), tuple(steps), level)
+            original = own[name] if is_own else inspect.getattr_static(type(part), name)
+            methods[name] = _method(original, is_own, observer)
+    found.__class__ = type(f"Observed{type(part).__name__}", (type(part),), methods)
     return found
 
 
-@functools.lru_cache(CLASSES)
-def _class(cls: type, steps: tuple[tuple[str, Any, bool, Observer], ...], level: int | None) -> type:
-    """The class of observed parts: (name, method, whether it was the object's own, observer) of each method."""
-    return type(f"Observed{cls.__name__}", (cls,), {step[0]: _method(*step, level) for step in steps})
-
-
-def _method(name: str, original: Any, is_own: bool, observer: Observer, level: int | None) -> Callable:
-    """The method of an observed class; ``level`` is the place of its watcher."""
+def _method(original: Any, is_own: bool, observer: Observer) -> Callable:
+    """The method of an observed class; ``is_own`` says whether the original was the object's own."""
     plain = getattr(original, "__func__", original)
 
     @functools.wraps(plain)
@@ -69,8 +56,7 @@ def _method(name: str, original: Any, is_own: bool, observer: Observer, level: i
         except TypeError:  # a function without ``self``, see ``parts.call_with_known_args``
             call = plain
             given = inspect.signature(call).bind(*arguments, **named)
-        watcher = () if level is None else (self.watchers[level],)
-        return observer(*watcher, self, call, *given.args, **given.kwargs)
+        return observer(self, call, *given.args, **given.kwargs)
 
     signature = inspect.signature(plain)
     names = list(signature.parameters)
@@ -92,25 +78,20 @@ def after(act: Callable[..., object]) -> Observer:
     return observer
 
 
-def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]], watcher: Any = None) -> Any:
+def observed_scene(scene: Any, observers: Mapping[str, Mapping[str, Observer]]) -> Any:
     """A copy of a ``SceneInKernels`` that is observed together with its lights, its intersector and its surfaces.
 
     Args:
         observers: what ``observed`` takes for each of "scene", "lights", "ray_intersector" and "surface", which stands
             for every surface that the scene makes. Parts that are not named stay as they are.
-        watcher: as for ``observed``.
     """
-    found = scene
-    if of_surfaces := observers.get("surface"):
-        found = observed(found, {"surface_at": _of_surfaces}, (of_surfaces, watcher))
-    found = observed(found, observers.get("scene", {}), watcher)
+
+    def surface_at(scene: Any, call: Callable, *of: Any) -> Any:
+        return observed(call(*of), observers["surface"])
+
+    found = observed(scene, {"surface_at": surface_at} if "surface" in observers else {})
+    found = observed(found, observers.get("scene", {}))
     for name in ("lights", "ray_intersector"):
         if name in observers:
-            setattr(found, name, observed(getattr(scene, name), observers[name], watcher))
+            setattr(found, name, observed(getattr(scene, name), observers[name]))
     return found
-
-
-def _of_surfaces(watcher: Any, scene: Any, surface_at: Callable, *of: Any) -> Any:
-    """The surface that a scene makes, observed; the watcher is the observers of surfaces, and their own."""
-    observers, own = watcher
-    return observed(surface_at(*of), observers, own)

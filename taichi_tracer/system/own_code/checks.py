@@ -22,12 +22,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import taichi
-import taichi as ti
-import taichi.math as tm
 from taichi.lang.expr import Expr
-from taichi.lang.field import Field
 from taichi.lang.matrix import Matrix
 from taichi.lang.struct import Struct
 
@@ -152,6 +148,7 @@ PLAIN = {
 }
 MEMBERS = {"Ray": ("origin", "direction"), "HitData": ("is_hit", "distance")}
 ONE_NUMBER = ": is it one component, a length or a dot product?"
+WITHOUT_INDEX = ": a field of one element is written with [None]"
 CURES = {  # (what is returned, the kind that is needed) → what to write
     ("a number", "vec2"): ": tm.vec2(x) has the number in each component",
     ("a number", "vec3"): ": tm.vec3(x) has the number in each component",
@@ -160,6 +157,8 @@ CURES = {  # (what is returned, the kind that is needed) → what to write
     ("a vec2", "number"): ONE_NUMBER,
     ("a vec3", "number"): ONE_NUMBER,
     ("True or False", "number"): ": ti.select(condition, a, b) chooses one",
+    ("a ScalarArray", "number"): WITHOUT_INDEX,
+    ("a MatrixArray", "vec3"): WITHOUT_INDEX,
 }
 # Function → (its name for messages, as "MyBrdf.eval", and the kind of what it must return).
 expected: "weakref.WeakKeyDictionary[Callable, tuple[str, str]]" = weakref.WeakKeyDictionary()
@@ -227,8 +226,6 @@ def types_of(value: Any) -> list[str]:
 
 
 ONCE = ("random", "numpy.random", "time", "secrets")  # modules whose functions run once, when a kernel is compiled
-COMPUTES = (ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Return, ast.Attribute)
-SILENT = {"print", "ti.static_print", "ti.static_assert"}  # what changes nothing
 DECIDES = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
 SIZES = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)  # comparisons that only the kernel can make of its numbers
 CONSTANTS = (int, float, str, bool, tuple)
@@ -257,19 +254,6 @@ def check(function: Callable, owner: type) -> None:
                 waiting.append(call)
 
 
-def check_fields(function: Callable, of: Any) -> None:
-    """Raise an OwnCodeError if a method computes with a field of its object that has one element, without [None]."""
-    tree = tree_of(function) if is_own(function) and not isinstance(of, (int, float)) else None
-    for node in ast.walk(tree) if tree is not None and tree.args.args[:1] else ():
-        for used in ast.iter_child_nodes(node) if isinstance(node, COMPUTES) else ():
-            if isinstance(used, ast.Attribute) and getattr(used.value, "id", "") == "self":
-                field = getattr(of, used.attr, None)
-                is_read = not isinstance(node, ast.Attribute) or not hasattr(field, node.attr)
-                is_read &= not isinstance(node, ast.Call) or ast.unparse(node.func).startswith(("tm.", "ti."))
-                if isinstance(field, Field) and field.shape == () and is_read:
-                    raise fault(function, f"write self.{used.attr}[None]", used)
-
-
 def check_whole(what: str, function: Any, owner: type, right: Any) -> None:
     """Raise an OwnCodeError if a method has no ``self``, lacks a value to return, or is wrong in kernels.
 
@@ -278,7 +262,7 @@ def check_whole(what: str, function: Any, owner: type, right: Any) -> None:
     """
     if right is not None:
         check_self(what, function, right)
-    if gives_nothing(function) and not changes_others(function):
+    if gives_nothing(function) and not (right is None or gives_nothing(right)):
         raise fault(function, f"{what} has no return with a value")
     if is_of_taichi(function):
         check(function, owner)
@@ -293,24 +277,6 @@ def check_self(what: str, function: Callable, right: Callable) -> None:
     is_renamed = len(given) >= len(known) and given[:1] != known[1:2]
     if is_method and known[:1] == ["self"] and "self" not in given and not is_renamed:
         raise fault(function, f"{what} has no self: write def {own.__name__}({', '.join(['self', *given])})")
-
-
-def changes_others(function: Any) -> bool:
-    """Whether a function writes into ``self`` or into an argument, or calls something for its effect."""
-    tree = tree_of(unwrap(function))
-    nodes = [node for statement in tree.body for node in ast.walk(statement)] if tree is not None else []
-    stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
-    own = {node.id for node in stored if isinstance(node, ast.Name)} | {""}
-    own -= {ast.unparse(n.targets[0]) for n in nodes if isinstance(n, ast.Assign) and root_of(n.value) == "self"}
-    calls = {ast.unparse(n.value.func) for n in nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Call)}
-    return not {root_of(node) for node in stored if not isinstance(node, ast.Name)} <= own or not calls <= SILENT
-
-
-def root_of(node: ast.AST) -> str:
-    """The name at the beginning of ``name.member[index]``; "" where there is none."""
-    while isinstance(node, (ast.Attribute, ast.Subscript)):
-        node = node.value
-    return node.id if isinstance(node, ast.Name) else ""
 
 
 def is_of_taichi(function: Any) -> bool:
@@ -365,26 +331,12 @@ class OwnFunction:
         if any(str(home).startswith(ONCE) for home in homes):
             text = f"{name} runs once, while the kernel is compiled: a sample takes rng.next_1d(), others ti.random()"
             warnings.warn(f"{place(self.function, node)}: {text}", stacklevel=2)
-        self.check_numpy(node, name)
         if function is None or not is_own(function):
             return
         if is_of_taichi(function) and gives_nothing(function) and node not in self.unused:
             raise fault(function, f"{name} has no return with a value, and {place(self.function, node)} needs one")
         if inspect.isfunction(function) and not is_of_taichi(function) and self.needs_func(node, function):
             raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
-
-    def check_numpy(self, node: ast.Call, name: str) -> None:
-        """A function of numpy that gets a value of ``self`` or of a parameter."""
-        last, text = name.rpartition(".")[2], ast.unparse(node.args[0]) if node.args else ""
-        values = {"self", *(a.arg for a in self.tree.args.args if a.annotation is None)}
-        is_given = any(root_of(one) in values for argument in node.args for one in ast.walk(argument))
-        in_kernel = any(ast.unparse(one).endswith(("func", "kernel")) for one in self.tree.decorator_list)
-        is_numpys = self.names.get(root_of(node.func)) is np and not hasattr(ti, last)
-        if is_numpys and is_given and in_kernel and node not in self.static:
-            advice = f"use tm.{last}" if hasattr(tm, last) else "use what taichi.math has"
-            if last in ("array", "asarray"):
-                advice = f"use {text}{'[None]' * text.startswith('self.')}"
-            raise fault(self.function, f"{name} is a function of Python, and this runs in a kernel: {advice}", node)
 
     def needs_func(self, node: ast.Call, function: Callable) -> bool:
         """Whether a plain function decides something by values that only the kernel knows."""

@@ -9,6 +9,7 @@ from typing import Any
 import taichi.math
 from taichi.lang.exception import TaichiCompilationError
 from taichi.lang.expr import Expr
+from taichi.lang.field import Field
 from taichi.lang.struct import Struct
 
 from taichi_tracer.system.errors import InputError, nearest
@@ -17,8 +18,13 @@ from taichi_tracer.system.own_code.checks import PACKAGE, fault_at, is_own_file
 PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python write places
 VALUE = "keep the value in a variable, and return it in the last line"
 A_FUNCTION = "does a function return nothing?"
-# What Taichi says → what it means; {0}, {1}, … are the groups of the pattern.
+IN_KERNEL = "is a function of Python, and this runs in a kernel: use"
+# What Taichi says, and below it the student's line → what it means; {0}, {1}, … are the groups of the pattern.
 MEANINGS = {
+    r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
+    r"'(?:Scalar|Matrix)(?:Array|Field)'(?s:.*)\n.*?\b(self\.\w+)\b(?![.\[(])": "write {0}[None]",
+    r"\n.*\b(np\.(?:as)?array)\((self\.\w+)\).*$": f"{{0}} {IN_KERNEL} {{1}}[None]",
+    r"\n.*\b(np\.[\w.]*?(\w+))\(.*$": f"{{0}} {IN_KERNEL} tm.{{1}}, or what else taichi.math has",
     r"Return inside non-static if/for": f"a return stands in an if or in a loop: {VALUE}",
     r"Integer literal (\S+) exceeded": "the whole number {0} has more than 32 bits: write ti.u64({0}), or a float",
     r"RecursionError": "a function calls itself, which kernels cannot do: write a loop",
@@ -38,7 +44,6 @@ MEANINGS = {
     r"Kernel argument \"(\w+)\" is immutable": "{0} is an argument of the kernel: give the new value another name",
     r"number of targets is not equal to value length": "one side of the assignment has more values than the other",
     r"Number of args is different from number of positions": "a format such as :.2g is not known in kernels",
-    r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
     r"Too many arguments\. Expected \(\)": "a function without arguments is called with some",
     r"Too many arguments\. Expected \((\w+) : ": "a function whose first argument is {0} is called with too many",
     r"Parameter `(\w+)` missing": "a function is called without its argument {0}",
@@ -90,13 +95,14 @@ def meaning(root: BaseException, text: str, file: str, line: int) -> str:
     Args:
         text: Taichi's message. file, line: the innermost place in somebody's own code.
     """
-    if isinstance(root, AttributeError) and root.name:
-        return lacking(root.obj, root.name, linecache.getline(file, line))
+    shown = linecache.getline(file, line).rstrip()
+    if isinstance(root, AttributeError) and root.name and not isinstance(root.obj, Field):
+        return lacking(root.obj, root.name, shown)
     last = text.strip().splitlines()[-1].strip().rstrip(".")
     if unknown := re.match(r'Name "(\w+)" is not defined', last):
         return unknown_name(unknown[1], file, line)
     for pattern, means in MEANINGS.items():
-        if found := re.search(pattern, text):
+        if found := re.search(pattern, f"{text}\n{shown}"):
             groups = [NODES.get(group, group) for group in found.groups()]
             return means.format(*groups)
     return last

@@ -44,7 +44,6 @@ class Argument:
     Attributes:
         of: the field, if somebody has it. shape, constant, own: as of the field.
         number: Taichi's number of the argument. pointer: Taichi's expression of the array.
-        counts: axis → Taichi's number of the argument that has its count, and the expression.
     """
 
     def __init__(self, of: Any) -> None:
@@ -54,15 +53,10 @@ class Argument:
             element = core.get_type_factory_instance().get_tensor_type(list(of.own), element)
         self.number = impl.get_runtime().compiling_callable.insert_ndarray_param(element, AXES, "numbers", False)
         self.pointer = core.make_external_tensor_expr(element, AXES, self.number, False, 0, core.BoundaryMode.UNSAFE)
-        self.counts: dict[int, tuple[Any, Expr]] = {}
 
     def count(self, axis: int) -> Any:
         """How many elements there are along an axis: a constant of the code, or an argument of the kernel."""
-        if self.constant[axis]:
-            return self.shape[axis]
-        if axis not in self.counts:
-            self.counts[axis] = added_scalar(ti.i32, "count")
-        return self.counts[axis][1]
+        return self.shape[axis] if self.constant[axis] else readings[-1].number(self.of(), "shape", ti.i32, (axis,))
 
     def at(self, index: Any) -> Expr:
         """The element at an index of the array."""
@@ -82,12 +76,10 @@ class Argument:
             raise StaleSceneError("a field of this kernel was destroyed together with its owner: make a new one")
         cells = max(1, array.size // max(1, math.prod(self.own)))
         context.set_arg_external_array_with_shape(self.number, array.ctypes.data, array.nbytes, (cells,), 0)
-        for axis, (number, _) in self.counts.items():
-            context.set_arg_int(number, array.shape[axis])
 
 
 class Number:
-    """A varying number as an argument of a kernel.
+    """A varying number as an argument of a kernel, or the length of an axis of a field.
 
     Attributes:
         number: Taichi's number of the argument. value: its expression.
@@ -95,7 +87,8 @@ class Number:
     """
 
     def __init__(self, kind: Any, owner: Any, name: str, path: tuple[int, ...]) -> None:
-        self.number, self.value = added_scalar(kind, name)
+        self.number = impl.get_runtime().compiling_callable.insert_scalar_param(kind, name)
+        self.value = Expr(core.make_arg_load_expr(self.number, kind, False, True, 0, core.DebugInfo("")))
         self.owner, self.name, self.path = weakref.ref(owner), name, path
 
     def set(self, context: Any) -> None:
@@ -126,18 +119,22 @@ class Reading:
             self.known.append(of)
         return self.arguments[id(of)]
 
-    def number(self, owner: Any, name: str, value: Any, path: tuple[int, ...] = ()) -> Any:
-        """The value of an attribute with an argument for each of its varying numbers."""
-        if type(value) is tuple:
-            return tuple(self.number(owner, name, one, (*path, k)) for k, one in enumerate(value))
-        if type(value) not in memory.VARYING:
-            return value
+    def number(self, owner: Any, name: str, kind: Any, path: tuple[int, ...]) -> Expr:
+        """The argument for a number of an object, see ``Number``."""
         key = id(owner), name, path
         if key not in self.numbers:
-            kind = ti.i32 if type(value) is memory.VaryingInt else impl.get_runtime().default_fp
             self.numbers[key] = Number(kind, owner, name, path)
             self.known.append(owner)
         return self.numbers[key].value
+
+    def attribute(self, owner: Any, name: str, value: Any, path: tuple[int, ...] = ()) -> Any:
+        """The value of an attribute with an argument for each of its varying numbers."""
+        if type(value) is tuple:
+            return tuple(self.attribute(owner, name, one, (*path, k)) for k, one in enumerate(value))
+        if type(value) not in memory.VARYING:
+            return value
+        kind = ti.i32 if type(value) is memory.VaryingInt else impl.get_runtime().default_fp
+        return self.number(owner, name, kind, path)
 
     def set(self, context: Any) -> None:
         """Set all of them in Taichi's object of a launch."""
@@ -209,12 +206,6 @@ def setting(make: Callable) -> Callable:
     return made
 
 
-def added_scalar(kind: Any, name: str) -> tuple[Any, Expr]:
-    """Add an argument for a number to the kernel that is read: Taichi's number of it, and its value."""
-    number = impl.get_runtime().compiling_callable.insert_scalar_param(kind, name)
-    return number, Expr(core.make_arg_load_expr(number, kind, False, True, 0, core.DebugInfo("")))
-
-
 def subscripting(usual: Callable) -> Callable:
     """``impl.subscript``, which reads and writes elements of ``memory.ArrayField``."""
 
@@ -283,7 +274,7 @@ def loading(usual: Callable) -> Callable:
     def build(context: Any, node: Any) -> Any:
         value = usual(context, node)
         if type(value) in (tuple, *memory.VARYING) and readings and not context.is_in_static_scope():
-            node.ptr = value = readings[-1].number(node.value.ptr, node.attr, value)
+            node.ptr = value = readings[-1].attribute(node.value.ptr, node.attr, value)
         return value
 
     return build

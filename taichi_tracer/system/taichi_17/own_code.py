@@ -19,8 +19,6 @@ def looking(call: Callable) -> Callable:
 
     @functools.wraps(call)
     def looked(self: Any, *arguments: Any, **options: Any) -> Any:
-        if arguments and impl.inside_kernel():
-            checks.check_fields(self.func, arguments[0])
         value = call(self, *arguments, **options)
         if impl.inside_kernel():
             checks.look(self.func, value)
