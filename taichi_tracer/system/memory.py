@@ -93,7 +93,7 @@ class Block:
     """A ``dense`` node of a tree of fields. Each field gets an array of its own, so that a block is only a shape.
 
     Args:
-        placed: what the root has placed. counts: axis → how many cells there are along it, in all blocks together.
+        placed: all fields of the tree. counts: axis → how many cells there are along it, in all blocks together.
         constant: the axes whose count is a constant of the code.
     """
 
@@ -115,36 +115,14 @@ class Block:
         return Block(self.placed, self.counts | own, constant)
 
     def place(self, *fields: Any) -> "Block":
-        """Give fields an element in each cell."""
+        """Give fields an element in each cell, which is 0, and let them be ``ArrayField``."""
         members = [one for field in fields for one in (field._members if isinstance(field, StructField) else [field])]
         for member in members:
             if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
                 raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
-            self.placed.append((member, dict(sorted(self.counts.items())), self.constant))
+            convert(member, dict(sorted(self.counts.items())), self.constant)
+            self.placed.append(member)
         return self
-
-
-class Builder(Block):
-    """The root of a tree of fields, in place of ``ti.FieldsBuilder``; its own fields have one element each."""
-
-    def __init__(self) -> None:
-        super().__init__([], {}, frozenset())
-
-    def finalize(self) -> "Builder":
-        """Allocate the memory of all fields, which is 0."""
-        for one in self.placed:
-            convert(*one)
-        return self
-
-    def destroy(self) -> None:
-        """Let go of the numbers of all fields."""
-        for field, _, _ in self.placed:
-            field.array = field.host_accessors = None
-
-    def forget(self) -> None:
-        """Let Taichi forget the fields, which have no memory yet."""
-        for field, _, _ in self.placed:
-            forget(field)
 
 
 def aligned(size: int) -> np.ndarray:
@@ -176,17 +154,8 @@ class ArrayField(Field):
         return self.array
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """How many elements there are along each axis."""
-        return self.numbers().shape[: len(self.constant)]
-
-    @property
-    def dtype(self) -> Any:
-        """Taichi's type of the numbers."""
-        return self.kind
-
-    @property
     def _snode(self) -> Any:
+        """What Taichi asks for the shape and the type."""
         return SimpleNamespace(shape=self.numbers().shape[: len(self.constant)], _dtype=self.kind, _name="", ptr=self)
 
     def _initialize_host_accessors(self) -> None:
@@ -255,12 +224,6 @@ class MatrixArray(ArrayField, MatrixField):
             self.numbers()[...] = np.asarray(value.to_list() if isinstance(value, ti.Matrix) else value)
 
 
-def kind_of(field: Any) -> tuple[str, tuple[int, ...]]:
-    """The type of a field's numbers, and the shape of a vector or of a matrix, () of a number."""
-    own = (field.n, field.m)[: field.ndim] if isinstance(field, MatrixField) else ()
-    return field.vars[0].ptr.get_dt().to_string(), own
-
-
 def forget(field: Any) -> None:
     """Let Taichi forget a field that has no memory; otherwise it would ask for it before the next kernel."""
     runtime, own = impl.get_runtime(), {id(variable) for variable in field.vars}
@@ -275,8 +238,8 @@ def convert(field: Any, counts: dict[int, int], constant: frozenset[int]) -> Non
         counts: axis → how many elements there are. constant: the axes whose count is a constant of the code.
     """
     forget(field)
-    name, field.own = kind_of(field)
-    field.kind = getattr(ti, name)
+    field.own = (field.n, field.m)[: field.ndim] if isinstance(field, MatrixField) else ()
+    field.kind = getattr(ti, field.vars[0].ptr.get_dt().to_string())
     kind, shape = np.dtype(to_numpy_type(field.kind)), (*counts.values(), *field.own)
     if math.prod(shape) > MOST_NUMBERS:
         raise InputError(f"an array of {' x '.join(map(str, counts.values()))} elements is too large for a kernel")
@@ -315,25 +278,9 @@ def free_bytes() -> int | None:
     return int(lines["MemAvailable"].split()[0]) * 1024
 
 
-class Lifetime:
-    """Remembers the start of Taichi to which an object's fields belong. Fields of an earlier start must not be used."""
-
-    def __init__(self) -> None:
-        ensure()
-        self._program = weakref.ref(impl.get_runtime().prog)
-
-    def is_over(self) -> bool:
-        """Whether Taichi was started again, or reset, since then."""
-        program = self._program()
-        return is_forked() or program is None or program is not impl.get_runtime().prog
-
-    def check(self, what: str) -> None:
-        """Raise a StaleSceneError if the fields of ``what`` are gone; using them would crash the process."""
-        check_not_forked()
-        if self.is_over():
-            raise StaleSceneError(
-                f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"
-            )
+def is_over(program: "weakref.ref[Any]") -> bool:
+    """Whether Taichi was started again, or reset, since a program of Taichi was the one that runs."""
+    return is_forked() or program() is None or program() is not impl.get_runtime().prog
 
 
 class Memory:
@@ -348,23 +295,26 @@ class Memory:
     """
 
     def __init__(self) -> None:
-        if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
-            _free_orphans()
-        self._lifetime = Lifetime()
+        if len(_orphans) > MOST_WAITING or sum(size for *_, size in _orphans) > MOST_BYTES_WAITING:
+            while _orphans:
+                _destroy(*_orphans.pop())
+        ensure()
+        self._program = weakref.ref(impl.get_runtime().prog)  # a program has fields of its own
         if not (arrays_are_possible() or is_starter()):
             raise InputError("on this backend, scenes and renderers are made in the thread that started Taichi")
         self.has_arrays = arrays_are_possible()
-        self.fields: Any = Builder() if self.has_arrays else ti.FieldsBuilder()
+        self._arrays: list[Any] = []  # the fields in numpy's memory
+        self.fields: Any = Block(self._arrays, {}, frozenset()) if self.has_arrays else ti.FieldsBuilder()
         self._tree: Any = None  # what ``fields`` made when they were allocated
         self._bytes = 0
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, or the memory was freed."""
-        return self._tree is None or self._lifetime.is_over()
+        return self._tree is None or is_over(self._program)
 
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
-        self._tree = self.fields.finalize()
+        self._tree = self.fields if self.has_arrays else self.fields.finalize()
         if not self.has_arrays:
             self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
 
@@ -392,42 +342,40 @@ class Memory:
     def __exit__(self, error, *_more) -> None:
         if error is None:
             self.allocate()
-        elif isinstance(self.fields, Builder):
-            self.fields.forget()
-        else:
+        elif not self.has_arrays:
             impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
     def check(self, what: str) -> None:
         """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""
-        self._lifetime.check(what)
+        check_not_forked()
+        if is_over(self._program):
+            raise StaleSceneError(
+                f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"
+            )
         if self._tree is None:
             raise StaleSceneError(f"this {what} was destroyed: make a new one")
 
     def free(self) -> None:
         """Free the memory now. The fields cannot be used afterwards."""
         tree, self._tree = self._tree, None
-        if tree is not None:
-            _destroy(tree, self._lifetime)
+        for field in self._arrays:
+            field.array = field.host_accessors = None
+        if tree is not None and not self.has_arrays:
+            _destroy(self._program, tree, self._bytes)
 
     def __del__(self) -> None:
         # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
         is_own = getattr(self, "_tree", None) is not None and not self.has_arrays
         if is_own and _orphans is not None:
-            _orphans.append((self._lifetime, self._tree, self._bytes))
+            _orphans.append((self._program, self._tree, self._bytes))
 
 
-_orphans: list[tuple[Lifetime, Any, int]] = []
+# The program, the tree and the bytes of owners that no longer exist.
+_orphans: list[tuple["weakref.ref[Any]", Any, int]] = []
 
 
-def _free_orphans() -> None:
-    """Free the memory of owners that no longer exist."""
-    while _orphans:
-        lifetime, tree, _ = _orphans.pop()
-        _destroy(tree, lifetime)
-
-
-def _destroy(tree: Any, lifetime: Lifetime) -> None:
-    if not lifetime.is_over():
+def _destroy(program: "weakref.ref[Any]", tree: Any, _bytes: int) -> None:
+    if not is_over(program):
         impl.get_runtime().materialize()  # otherwise Taichi would still check fields that no kernel has used
         tree.destroy()
 
