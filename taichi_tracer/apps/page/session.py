@@ -90,10 +90,10 @@ class Session(Channel):
         self._folder = TemporaryDirectory()  # for pictures of processes that compile
         self._unit = START  # seconds that a view takes to compile
         self._last_step = self.now()
-        self._shown: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
+        self.coarse: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple  # what the last frame shows: the picture, the kind, what is chosen, and what stands beside
-        self._framed_at = self._moved_at = -1e9
+        self.framed_at = self._moved_at = -1e9
         self._next_error = 0.0
         self._details: dict[str, Any] = {}
         self._details_of: tuple = ()
@@ -177,6 +177,20 @@ class Session(Channel):
         self.take(events)
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
+        self.take_choice()
+        is_busy = self.seconds_of_rest() == 0
+        if is_busy:
+            begin = self.now()
+            self.render()
+            if self.make_frame():
+                self.took(self.now() - begin)
+        if self._is_cold and self._framed != NOTHING and self.choice is None and self.mode == OFF:
+            self._is_cold = False
+            self.choose("preparing the moving picture", self._unit, self._warm_moving)
+        return bool(events or tasks or is_busy)
+
+    def take_choice(self) -> None:
+        """Show what was chosen if it is due, and move the camera."""
         if self.choice is not None and self.choice.is_due:
             choice, self.choice = self.choice, None
             with self.errors_as_message():
@@ -184,20 +198,17 @@ class Session(Channel):
         now = self.now()
         self.move(min(now - self._last_step, LONGEST_STEP))
         self._last_step = now
-        is_busy = self.seconds_of_rest() == 0
-        if is_busy:
-            self.render()
-            if self.make_frame() and self._shown is not None:
-                self.preview.took(self.renderer, self.now() - now)
-        if self._is_cold and self._framed != NOTHING and self.choice is None and self.mode == OFF:
-            self._is_cold = False
-            self.choose("preparing the moving picture", self._unit, self._warm_moving)
-        return bool(events or tasks or is_busy)
+
+    def took(self, seconds: float) -> None:
+        """Note how long the frame took that was just shown: one of a moving camera may become coarser, or finer."""
+        self.framed_at = self.now()
+        if self.coarse is not None:
+            self.preview.took(self.renderer, seconds)
 
     @property
     def is_moving(self) -> bool:
         """Whether something was moved or chosen since the last frame, or a moment ago."""
-        return bool(self.keys) or self._moved_at > self._framed_at or self.now() - self._moved_at < MOVING
+        return bool(self.keys) or self._moved_at > self.framed_at or self.now() - self._moved_at < MOVING
 
     def seconds_of_rest(self) -> float:
         """Seconds until a sample or a frame is due; 0 if one is due, and infinite if nothing is missing."""
@@ -217,18 +228,18 @@ class Session(Channel):
             return np.inf
         picture, kind, *chosen = self._framed
         is_same, is_lossless = chosen == [self.picture_key(), self.beside], kind == "png"
-        due = self._framed_at + FRAME_EVERY
+        due = self.framed_at + FRAME_EVERY
         if is_same and picture == self._pictures:
             due = np.inf if is_lossless else self._moved_at + MOVING  # then the lossless picture follows
         elif is_same and is_lossless and not self.is_moving and not all(is_final(one) for one in self.renderers):
-            due = self._framed_at + REST_EVERY
+            due = self.framed_at + REST_EVERY
         return max(0.0, due - self.now())
 
     def render(self) -> None:
         """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
-        self._shown = self.preview.of(self.renderer) if self.is_moving and self.mode == OFF else None
-        if self._shown not in (None, self.renderer):
-            self._shown.render()
+        self.coarse = self.preview.of(self.renderer) if self.is_moving and self.mode == OFF else None
+        if self.coarse not in (None, self.renderer):
+            self.coarse.render()
             self._pictures += 1
             return
         end = self.now() + WORK
@@ -460,7 +471,7 @@ class Session(Channel):
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if kind == "jpeg" else exact_pixels
         former, of = self._frame, (self._pictures, kind, self.picture_key())
-        shown = self.renderers if self._shown is None else [self._shown]
+        shown = self.renderers if self.coarse is None else [self.coarse]
         if of == self._framed[:3]:
             data = former.data
         else:
@@ -473,7 +484,7 @@ class Session(Channel):
         if self._details_of != (of[2], self.beside, self._next_error):
             self._details_of, self._details = (of[2], self.beside, self._next_error), self.details()
         self._framed = *of, self.beside
-        self._framed_at = self.now()
+        self.framed_at = self.now()
         self.show(Frame(former.number + 1, kind, data, state, self._details))
         return True
 
