@@ -20,7 +20,7 @@ from taichi_tracer.system import compiling
 from taichi_tracer.system.compile_time import compile_time, one_at_a_time
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.own_code.checks import note_change, values_of
+from taichi_tracer.system.own_code.checks import values_of
 from taichi_tracer.system.parts import adapt_signature, call_with_known_args, overridable
 from taichi_tracer.system.stopwatch import KERNELS_MADE, LIGHTS, SAMPLES, stage
 
@@ -179,7 +179,6 @@ class ProgressiveRenderer(RendererParts):
         """Start the picture again, in the present ``state``."""
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
-            note_change(self._compiled_for, own)
             self.own_shares.forget()
             self.eye_rays = self.make_eye_rays()
         self._compiled_for = own

@@ -101,7 +101,11 @@ WRONG = {
         r"Mine.pdf runs in kernels: write @ti.func above it",
     ),
     "no @ti.func at a helper": (
-        view("return shade(hit.normal)", before="\ndef shade(n):\n    return -n if n.z > 0 else n\n"),
+        view("return shade(hit.normal)", before="\ndef shade(n):\n    return -n if n.z > 0 else n  # here\n"),
+        r"a number of a kernel has no attribute 'z': does a function lack @ti.func\?",
+    ),
+    "no @ti.func at a helper that decides": (
+        view("return tm.vec3(shade(hit.distance))", before="\ndef shade(t):\n    return 1 if t > 2 else t\n"),
         r"shade is called in a kernel: write @ti.func above it",
     ),
     "a method is missing": (brdf(pdf=None), r"Mine lacks pdf\(self, material, w_o, w_i, n\). It gives: The density of"),

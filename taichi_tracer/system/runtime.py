@@ -53,28 +53,23 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
         wanted: the folder that Taichi would choose.
 
     Returns:
-        ``wanted`` if it is writable; otherwise None, which means that kernels are compiled again in every run.
+        ``wanted`` if it is writable, which is made if it is missing; otherwise None, which means that kernels are
+        compiled again in every run.
     """
-    problem = why_not_writable(Path(wanted))
-    if problem is None:
-        with contextlib.suppress(OSError):  # there is no lock, or another process has just removed it
-            if time.time() - (Path(wanted) / LOCK).stat().st_mtime > OLD:
-                (Path(wanted) / LOCK).unlink()
-        return Path(wanted), None
-    advice = f"kernels are compiled anew in every run, unless {VARIABLE} names another folder"
-    return None, f"the cache of compiled kernels, {wanted}, cannot be written ({problem}): {advice}"
-
-
-def why_not_writable(folder: Path) -> str | None:
-    """The reason why no file can be written in a folder; None if it is writable. A missing folder is made."""
+    folder = Path(wanted)
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=stat.S_IRWXU)
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(TRIED_BYTES))
             file.flush()
     except OSError as error:
-        return error.strerror or type(error).__name__
-    return None
+        problem = error.strerror or type(error).__name__
+        advice = f"kernels are compiled anew in every run, unless {VARIABLE} names another folder"
+        return None, f"the cache of compiled kernels, {wanted}, cannot be written ({problem}): {advice}"
+    with contextlib.suppress(OSError):  # there is no lock, or another process has just removed it
+        if time.time() - (folder / LOCK).stat().st_mtime > OLD:
+            (folder / LOCK).unlink()
+    return folder, None
 
 
 # ── the start ──
@@ -91,8 +86,6 @@ ABILITIES = {
 }
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
-# Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
-LINUX_GPUS = ("/dev/dri", "/dev/nvidiactl", "/dev/dxg")
 # Of the Vulkan 1.0 specification: the first number of a VkInstanceCreateInfo, whose other numbers are 0; 32-bit numbers
 # that have room for a VkPhysicalDeviceProperties, of 824 bytes; the type of a device that is software.
 INSTANCE_CREATE_INFO, PROPERTIES_SIZE, TYPE_CPU = 1, 256, 4
@@ -339,9 +332,6 @@ def has_device(arch: str) -> bool:
     ti.set_logging_level(ti.ERROR)  # otherwise Taichi reports every driver library that it does not find
     core = ti._lib.core
     if arch == "vulkan":
-        # Its loader and the drivers take as long to load as a tenth of the time until the first picture.
-        if sys.platform.startswith("linux") and not any(Path(node).exists() for node in LINUX_GPUS):
-            return False
         return not all(vulkan_devices()) and core.with_vulkan()  # the second takes longer
     return {"cuda": core.with_cuda, "metal": core.with_metal}[arch]()
 

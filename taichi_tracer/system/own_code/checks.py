@@ -226,8 +226,6 @@ def types_of(value: Any) -> list[str]:
 
 
 ONCE = ("random", "numpy.random", "time", "secrets")  # modules whose functions run once, when a kernel is compiled
-DECIDES = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
-SIZES = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)  # comparisons that only the kernel can make of its numbers
 CONSTANTS = (int, float, str, bool, tuple)
 Values = tuple[tuple[str, Any], ...]
 
@@ -284,11 +282,6 @@ def is_of_taichi(function: Any) -> bool:
     return hasattr(getattr(function, "__func__", function), "_is_taichi_function")
 
 
-def decision_of(node: Any) -> ast.AST:
-    """What an if, a loop or a word such as "and" decides by; what stands in its branches is no part of it."""
-    return node if isinstance(node, ast.BoolOp) else node.test
-
-
 class OwnFunction:
     """A function that somebody has written.
 
@@ -301,16 +294,8 @@ class OwnFunction:
         body = [node for statement in tree.body for node in ast.walk(statement)]
         self.calls = [node for node in body if isinstance(node, ast.Call)]
         self.unused = {node.value for node in body if isinstance(node, ast.Expr)}  # values that nobody takes
-        # What Taichi decides while the kernel is read, because it stands in ti.static.
-        self.static = {inner for node in body if self.is_static(node) for inner in ast.walk(node)}
         closure = inspect.getclosurevars(function)
         self.names: dict[str, Any] = {**closure.builtins, **closure.globals, **closure.nonlocals}
-
-    @staticmethod
-    def is_static(node: ast.AST) -> bool:
-        """Whether a node is a call of ti.static, or an if or a loop with one."""
-        heads = [getattr(node, "test", None), getattr(node, "iter", None), node]
-        return any(isinstance(head, ast.Call) and getattr(head.func, "attr", "") == "static" for head in heads)
 
     def meant(self, node: ast.AST) -> Any:
         """The function or module that an expression names; None if it is not known before the kernel runs."""
@@ -325,7 +310,7 @@ class OwnFunction:
         return getattr(base, node.attr, None) if isinstance(base, types.ModuleType) else None
 
     def check_call(self, node: ast.Call, function: Any) -> None:
-        """A function that gives nothing where a value is needed; one that lacks @ti.func; one that runs only once."""
+        """A function that gives nothing where a value is needed; one that runs only once."""
         name = ast.unparse(node.func)
         homes = getattr(function, "__module__", None), type(getattr(function, "__self__", None)).__module__
         if any(str(home).startswith(ONCE) for home in homes):
@@ -335,18 +320,6 @@ class OwnFunction:
             return
         if is_of_taichi(function) and gives_nothing(function) and node not in self.unused:
             raise fault(function, f"{name} has no return with a value, and {place(self.function, node)} needs one")
-        if inspect.isfunction(function) and not is_of_taichi(function) and self.needs_func(node, function):
-            raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
-
-    def needs_func(self, node: ast.Call, function: Callable) -> bool:
-        """Whether a plain function decides something by values that only the kernel knows."""
-        tree = tree_of(unwrap(function))
-        given = [*node.args, *(keyword.value for keyword in node.keywords)]
-        is_known = all(isinstance(one, ast.Constant) for one in given) or node in self.static
-        if is_known or tree is None or hasattr(function, "is_for_python_too"):
-            return False
-        tests = [test for one in ast.walk(tree) if isinstance(one, DECIDES) for test in ast.walk(decision_of(one))]
-        return any(isinstance(test, ast.Compare) and isinstance(test.ops[0], SIZES) for test in tests)
 
 
 def values_of(parts: Iterable[Any]) -> Values:
@@ -365,14 +338,6 @@ def names_read(cls: type) -> tuple[str, ...]:
     own = [unwrap(value) for base in cls.__mro__ for value in vars(base).values() if is_of_taichi(value)]
     nodes = [node for one in own if is_own(one) for node in ast.walk(tree_of(one) or ast.Pass())]
     return tuple(sorted({n.attr for n in nodes if isinstance(n, ast.Attribute) and ast.unparse(n.value) == "self"}))
-
-
-def note_change(former: Values, present: Values) -> None:
-    """Warn of the values that have changed since a kernel was compiled."""
-    changed = [name for name, value in present if dict(former).get(name, value) != value]
-    if changed:
-        text = f"{', '.join(changed)} changed: the picture begins again, and its kernel is compiled again"
-        warnings.warn(f"{text}; a ti.field changes without that", stacklevel=3)
 
 
 # ── a class, compared with the package's class ──
@@ -394,13 +359,11 @@ def check_class(cls: type, required: tuple[str, ...], file: str = "") -> None:
         found = inspect.getattr_static(cls, name)
         function = getattr(found, "written", found)
         if not is_own(function) and is_left_open(function):
-            own = own_names(cls)
-            near = difflib.get_close_matches(name, own, n=1, cutoff=0.6)
+            near = difflib.get_close_matches(name, own_names(cls), n=1, cutoff=0.6)
             guess = f": is {near[0]!r} misspelt?" if near else "."
-            misspelt = vars_of(cls)[near[0]] if near else None
             arguments = ", ".join(["self", *(p.name for p in parameters(function))])
             text = f"{cls.__name__} lacks {name}({arguments}){guess} It gives: {what_it_says(function)}"
-            raise fault(misspelt, text) if misspelt is not None else fault_at(*place_of(cls, file), text)
+            raise fault_at(*place_of(cls, file), text)
 
 
 @functools.cache

@@ -25,6 +25,7 @@ MEANINGS = {
     r"'(?:Scalar|Matrix)(?:Array|Field)'(?s:.*)\n.*?\b(self\.\w+)\b(?![.\[(])": "write {0}[None]",
     r"\n.*\b(np\.(?:as)?array)\((self\.\w+)\).*$": f"{{0}} {IN_KERNEL} {{1}}[None]",
     r"\n.*\b(np\.[\w.]*?(\w+))\(.*$": f"{{0}} {IN_KERNEL} tm.{{1}}, or what else taichi.math has",
+    r"calling `(\w+)`: Python cannot decide": "{0} is called in a kernel: write @ti.func above it",
     r"Return inside non-static if/for": f"a return stands in an if or in a loop: {VALUE}",
     r"Integer literal (\S+) exceeded": "the whole number {0} has more than 32 bits: write ti.u64({0}), or a float",
     r"RecursionError": "a function calls itself, which kernels cannot do: write a loop",

@@ -66,6 +66,17 @@ def multiplying(multiply: Callable) -> Callable:
     return multiplied
 
 
+def deciding(_usual: object) -> Callable:
+    """``Expr.__bool__``, by which Python would decide that every number of a kernel is true."""
+
+    def decides(_of: Any) -> bool:
+        if impl.inside_kernel():
+            raise TaichiTypeError("Python cannot decide by a number of a kernel")
+        return True
+
+    return decides
+
+
 def own_place() -> str:
     """The file and the line that Taichi reads now, if somebody else than the package has written it; otherwise ""."""
     found = faults.PLACE.match(impl.get_runtime().get_current_src_info())
