@@ -84,8 +84,7 @@ def render(
     from taichi_tracer.files.disk import check_place, noting_reads
 
     settings = settings_from(scene, options)
-    if checkpoint is not None:
-        check_place(checkpoint)
+    check_place(checkpoint)
     context: Any = connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
     with context as connection, noting_reads() as paths:
         request = request_of(settings)

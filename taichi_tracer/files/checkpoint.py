@@ -1,10 +1,9 @@
 """Checkpoints: the content of a film and a description of it, so that a rendering can continue later or elsewhere.
 
-A file contains a line that identifies the format, the SHA-256 hash of the rest, a line of JSON, and the arrays in the
-format of numpy. An older file is replaced only when the new file is complete.
+A file is an archive of arrays in the format of numpy (.npz), which notices by itself whether it is damaged. An older
+file is replaced only when the new file is complete.
 """
 
-import hashlib
 import io
 import json
 from pathlib import Path
@@ -15,8 +14,7 @@ from taichi_tracer.files.disk import read_bytes, replace_file
 from taichi_tracer.system.errors import InputError
 
 EXTENSION = ".checkpoint"
-MAGIC = b"taichi_tracer checkpoint 1\n"
-HASH_LENGTH = 64  # characters
+FACTS = "facts as JSON"  # the name of their array
 
 
 def write_checkpoint(path: str | Path, facts: dict, arrays: dict[str, np.ndarray]) -> None:
@@ -27,9 +25,8 @@ def write_checkpoint(path: str | Path, facts: dict, arrays: dict[str, np.ndarray
         arrays: name → array.
     """
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
-    content = json.dumps(facts).encode() + b"\n" + buffer.getvalue()
-    replace_file(path, MAGIC + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+    np.savez(buffer, **{FACTS: np.array(json.dumps(facts))}, **arrays)
+    replace_file(path, buffer.getvalue())
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
@@ -39,14 +36,12 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
         InputError: the file is not a checkpoint, is truncated, or has been changed.
     """
     raw = read_bytes(path)
-    if not raw.startswith(MAGIC):
-        raise InputError(f"{path}: this is no checkpoint of taichi_tracer")
-    stored_hash, content = raw[len(MAGIC) :][:HASH_LENGTH], raw[len(MAGIC) + HASH_LENGTH + 1 :]
-    if hashlib.sha256(content).hexdigest().encode() != stored_hash:
-        raise InputError(f"{path}: the checkpoint is cut short or damaged: it does not hold what was written")
-    facts, arrays = content.split(b"\n", 1)
-    with np.load(io.BytesIO(arrays), allow_pickle=False) as archive:
-        return json.loads(facts), {name: archive[name] for name in archive.files}
+    try:
+        with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+            return json.loads(str(arrays.pop(FACTS))), arrays
+    except Exception:  # damaged archives raise all kinds of errors
+        raise InputError(f"{path}: this is no checkpoint of taichi_tracer, or it is damaged") from None
 
 
 def check_same(path: str | Path, facts: dict, other: str, theirs: dict) -> None:

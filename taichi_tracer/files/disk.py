@@ -53,16 +53,16 @@ def check_is_file(path: str | Path) -> None:
         raise InputError(f"{path}: this is a pipe or a device: give a file that lies on a disk")
 
 
-def check_place(path: str | Path) -> None:
-    """Raise an InputError if ``replace_file`` could not write there later."""
-    path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: this is a folder: give a file name in it")
-    folder = path.parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: the folder {folder} does not exist")
-    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise InputError(f"{path}: no permission to write there")
+def check_place(*paths: str | Path | None) -> None:
+    """Raise an InputError if ``replace_file`` could not write to one of the places later; None is none."""
+    for path in (Path(one) for one in paths if one is not None):
+        folder = path.parent
+        if path.is_dir():
+            raise InputError(f"{path}: this is a folder: give a file name in it")
+        if not folder.is_dir():
+            raise InputError(f"{path}: the folder {folder} does not exist")
+        if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+            raise InputError(f"{path}: no permission to write there")
 
 
 def replace_file(path: str | Path, content: bytes) -> None:

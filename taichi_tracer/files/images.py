@@ -165,12 +165,8 @@ HAVE_CHANNELS = (".exr",)  # formats with named channels beside red, green and b
 
 def check_writable(path: str | Path, channels: Collection[str] = ()) -> None:
     """Raise an InputError if ``save_image`` could not write there later; ``channels`` are those beside R, G and B."""
-    if not isinstance(path, str | Path):
-        raise InputError(f"save: the path must be the name of a file, not {type(path).__name__}")
     path = Path(path)
     extension = path.suffix.lower()
-    if extension == "":
-        raise InputError(f"{path}: the name has no ending that says the format: give {path}.png, say")
     if extension not in ENCODERS:
         raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(ENCODERS)}")
     if channels and extension not in HAVE_CHANNELS:

@@ -32,8 +32,6 @@ def read_mesh(path: str | Path) -> Mesh:
     raw, kind = read_bytes(path), path.suffix[1:].lower()
     notes: list[str] = []
     try:
-        if not raw.strip():
-            raise InputError("the file is empty")
         mesh = READERS[kind](raw, path, notes)
         check(mesh)
     except Exception as error:  # damaged files make all kinds of errors

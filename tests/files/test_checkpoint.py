@@ -23,20 +23,14 @@ def test_damage_is_noticed(tmp_path, rng):
     arrays = {"values": rng.random((12, 10, 4, 3)).astype(np.float32), "counts": np.full((12, 10, 2), 2, np.int32)}
     checkpoint.write_checkpoint(path, facts, arrays)
     raw = path.read_bytes()
-    damaged = [raw[:n] for n in (len(checkpoint.MAGIC), len(checkpoint.MAGIC) + 70, len(raw) - 1)]
-    for at in range(len(checkpoint.MAGIC), len(raw), len(raw) // 97):  # in the hash, the facts, and the arrays
-        flipped = bytearray(raw)
+    damaged = [b"", b"PNG", raw[:70], raw[: len(raw) // 2], raw[:-1]]
+    for at in (raw.index('"seed": 0'.encode("utf-32-le")) + 32, len(raw) // 3, len(raw) // 2):
+        flipped = bytearray(raw)  # in the facts, where another seed would be believed, and in the arrays
         flipped[at] ^= 1
-        damaged += [bytes(flipped)]
-    flipped = bytearray(raw)
-    flipped[raw.index(b'"seed": 0') + 8] ^= 1  # another seed would be believed
-    for bad in (*damaged, bytes(flipped)):
+        damaged.append(bytes(flipped))
+    for bad in damaged:
         path.write_bytes(bad)
-        with pytest.raises(tt.InputError, match="cut short or damaged|this is no checkpoint"):
-            checkpoint.read_checkpoint(path)
-    for bad in (b"", b"PNG"):
-        path.write_bytes(bad)
-        with pytest.raises(tt.InputError, match="this is no checkpoint"):
+        with pytest.raises(tt.InputError, match="this is no checkpoint of taichi_tracer, or it is damaged"):
             checkpoint.read_checkpoint(path)
 
 

@@ -224,7 +224,7 @@ def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.ply", b"", "the file is empty"),
+        ("a.ply", b"", "it must begin with ply"),
         ("a.ply", b"not a mesh", "cannot be read as PLY"),
         ("a.ply", ply(CORNERS + "3 0 1 2\n", faces=2), "announces 2 rows of face and has 1"),
         ("a.ply", ply(CORNERS, faces=0), "no triangles"),

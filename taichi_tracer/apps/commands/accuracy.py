@@ -149,8 +149,7 @@ def report_of(args: Namespace) -> Path | None:
         return None
     folder = Path(args.report)
     make_folder(folder, f"--report {args.report}")
-    for name in accuracy_report.FILES:
-        check_place(folder / name)
+    check_place(*(folder / name for name in accuracy_report.FILES))
     return folder
 
 

@@ -44,8 +44,7 @@ def run(args: Namespace) -> int:
         if not np.isfinite(picture).all():
             y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
             raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
-    if args.report is not None:
-        check_place(args.report)
+    check_place(args.report)
     lines = numbers(image, reference)
     print("\n".join(lines))
     if args.report is not None:

@@ -68,9 +68,7 @@ def check(args: Namespace) -> None:
     """Raise an InputError unless one pixel is asked for, and the files can be written."""
     if (args.pixel is not None) + args.worst + args.non_finite != 1:
         raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
-    for path in (args.json, args.html):
-        if path is not None:
-            check_place(path)
+    check_place(args.json, args.html)
 
 
 def find(renderer: ProgressiveRenderer, args: Namespace, samples: int) -> tuple[int, int, int | None] | None:

@@ -79,9 +79,7 @@ def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> N
     """Raise an InputError before anything runs, if a file could not be written in the end."""
     if args.gradescope is not None and len(found) > 1:
         raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
-    for path in (args.gradescope, args.csv):
-        if path is not None:
-            check_place(Path(path))
+    check_place(args.gradescope, args.csv)
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
 

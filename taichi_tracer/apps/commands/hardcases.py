@@ -29,8 +29,7 @@ def run(args: Namespace) -> int:
     from taichi_tracer.files.disk import check_place, make_folder
     from taichi_tracer.studies import hard_cases
 
-    if args.json is not None:
-        check_place(args.json)
+    check_place(args.json)
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
         check_place(Path(args.report) / "index.html")

@@ -155,8 +155,7 @@ def check_single(args: Namespace, count: int) -> None:
     for name in ("checkpoint", "profile"):
         if getattr(args, name) and count > 1:
             raise InputError(f"--{name} belongs to one picture, not to {count}: ask for one")
-    if args.checkpoint is not None:
-        check_place(args.checkpoint)
+    check_place(args.checkpoint)
 
 
 def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Request, path: Path) -> None:
@@ -380,9 +379,7 @@ def paths_of(request: Request, args: Namespace) -> list[list[Path]]:
     for path in paths:
         check_writable(path, channels)
     found = [files_of(path, request.settings.bounces, output) for path in paths]
-    for files in found:
-        for path in files:
-            check_place(path)
+    check_place(*(path for files in found for path in files))
     return found
 
 

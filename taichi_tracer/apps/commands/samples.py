@@ -32,8 +32,7 @@ def check(args: Namespace, is_environment: bool) -> None:
         raise InputError("--normal must not be 0 0 0")
     make_folder(Path(args.output), f"--output {args.output}")
     kinds = (samples.UNIFORM, samples.IMPORTANCE) if is_environment else PARTS.names("lamp choice")
-    for name in kinds:
-        check_place(path_of(args, name))
+    check_place(*(path_of(args, name) for name in kinds))
 
 
 def path_of(args: Namespace, name: str) -> Path:

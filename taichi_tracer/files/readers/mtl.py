@@ -135,10 +135,7 @@ def find_library(statement: str, beside: Path, where: str) -> list[Path]:
         paths = [folder / name.replace("\\", "/") for name in names]
         if names and all(path.is_file() for path in paths):
             return paths
-    missing = next((name for name, path in zip(names, paths, strict=True) if not path.is_file()), "")
-    if not any(path.is_file() for path in paths):
-        missing = statement
     beside_it = ", ".join(sorted(p.name for p in folder.iterdir() if p.suffix.lower() == ".mtl")) or "no .mtl file"
     raise MissingFileError(
-        f"{where}: material library {missing!r} not found beside the file (looked in {folder.resolve()}: {beside_it})"
+        f"{where}: material library {statement!r} not found beside the file (looked in {folder.resolve()}: {beside_it})"
     )
