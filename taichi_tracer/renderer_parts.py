@@ -146,7 +146,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
     def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
         """The film, with what the estimate of the error needs of this sampler."""
         of = self.sampler
-        return Film(self.width, self.height, crop, of.replicated, bool(self.adaptive), self.is_random, of.doubles)
+        return Film(self.width, self.height, crop, of.replicated, self.is_random, of.doubles)
 
     def make_eye_rays(self) -> EyeRays:
         """What gives the kernel its rays and hits; a replaced ``shade_ray`` traces its rays itself."""

@@ -135,8 +135,7 @@ def adapt(renderer):
     renderer.seed, renderer.first_sample, renderer.adaptive = seed ^ PILOT_SEED, 0, False
     try:
         renderer.render(PILOT, watch=lambda _: None)
-        has_samples = renderer.film.counts().T[::-1] > 0
-        deviation = np.where(has_samples, renderer.film.sample_deviation(), np.nan)
+        deviation = deviation_of(renderer.film)
         pilot = renderer.progress
     finally:
         renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
@@ -158,13 +157,18 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     left = progress.samples_to_come
     if not left > n:  # it may be NaN
         return False
-    deviation = np.sqrt(renderer.film.variance_of_mean().sum(axis=2))
+    deviation = deviation_of(renderer.film)
     with_shares = (n + left) / max(gain_of(deviation), 1.0)
     saved = (left - with_shares) * np.isfinite(deviation).sum()
     pays = left >= LEAST_GAIN * with_shares and saved >= MUCH
     if pays:
         own.begin(shares_of(deviation), left / with_shares)
     return pays
+
+
+def deviation_of(film: Any) -> np.ndarray:
+    """(h, w) the standard deviation of the mean of every pixel, of all channels together; NaN where it is unknown."""
+    return np.sqrt(film.variance_of_mean().sum(axis=2))
 
 
 def gain_of(deviation: np.ndarray) -> float:
@@ -191,7 +195,7 @@ def gain_of(deviation: np.ndarray) -> float:
 
 
 def shares_of(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of one sample of every pixel.
+    """(h, w) int32 shares in units of 1/``WHOLE``, from the (h, w) standard deviation of every pixel.
 
     All pixels of a group have one share: a pixel's few samples in the pilot may have missed what its neighbours met. A
     pixel whose deviation is NaN, because it takes no samples, has the mean share.

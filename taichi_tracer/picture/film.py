@@ -47,15 +47,14 @@ class Film:
             None is all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
         doubles: whether all samples are one sequence, whose error is its change when their number doubles.
-        keeps_deviation: whether the film adds up squared deviations also where it estimates no error from them.
         averages: whether pixels take samples; if not, all values come from ``put``, and there are no sums.
 
     Attributes:
         canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
-        kind: the last four arguments.
+        kind: the last three arguments.
         half_count: [x, y, half] the number of samples of each half.
         total: [x, y, half] the sum of the samples of each half. lost: what it rounded off; only if it ``compensates``.
-        deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
+        deviation: [x, y] the sum of the squared deviations of the samples from their mean; only without halves.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         before: [x, y] the mean of the first 2^(m−1) samples; only for one sequence.
         non_finites: (1 + MAX_LOCATED, 3): how many samples were not finite (C-20), then (x, y, sample index) of each.
@@ -69,7 +68,6 @@ class Film:
         height: int,
         crop: tuple[int, int, int, int] | None = None,
         replicated: bool = False,
-        keeps_deviation: bool = False,
         averages: bool = True,
         doubles: bool = False,
     ) -> None:
@@ -83,13 +81,7 @@ class Film:
         self.ranges = memory.varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
-        self.keeps_deviation = keeps_deviation or self.halves == 1
-        self.kind = {
-            "replicated": replicated,
-            "keeps_deviation": self.keeps_deviation,
-            "averages": averages,
-            "doubles": doubles,
-        }
+        self.kind = {"replicated": replicated, "averages": averages, "doubles": doubles}
         self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
         self.rare = rare_light.of_kinds([])
@@ -107,10 +99,10 @@ class Film:
             return
         real = float if self.compensates else ti.f64
         pixel = fields.dense(ti.ij, shape)
-        if self.keeps_deviation:
+        if self.halves == 1:
             self.deviation = ti.Vector.field(3, real)
             pixel.place(self.deviation)
-        if self.halves == 2:
+        else:
             self.largest = ti.field(float)
             pixel.place(self.largest)
         if self.doubles:
@@ -166,7 +158,7 @@ class Film:
         """
         if is_finite(value):
             half = self.half_of(x, y, sample)
-            if ti.static(self.keeps_deviation):
+            if ti.static(self.halves == 1):
                 n = self.count(x, y)
                 if n > 0:  # Welford 1962: the square of the deviation from the mean before, times n / (n + 1)
                     apart = value - self.mean(x, y)
@@ -342,14 +334,6 @@ class Film:
             errors = errors_from_halves(self._totals(), self.memory.read(self.half_count))
         return upright(errors, np.float64)
 
-    def sample_deviation(self) -> np.ndarray:
-        """(height, width) float64, top row first: the standard deviation of one sample of every pixel.
-
-        The film must keep deviations. The variances of the three channels are added.
-        """
-        squares = self.memory.read(self.deviation).sum(axis=2, dtype=np.float64)
-        return upright(np.sqrt(squares / np.maximum(self.counts() - 1, 1)), np.float64)
-
     # ── other films, and arrays ──
 
     def alike(self) -> "Film":
@@ -366,7 +350,7 @@ class Film:
         located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
         mine["non_finites"][0] += theirs["non_finites"][0]
         mine["non_finites"][1 : 1 + len(located)] = np.reshape(located, (-1, 3))
-        if self.keeps_deviation:  # Chan et al. 1979
+        if self.halves == 1:  # Chan et al. 1979
             apart = self._means() - other._means()
             mine["deviation"] += theirs["deviation"] + apart**2 * (n * m / np.maximum(n + m, 1))[..., None]
         if self.halves == 2:

@@ -173,6 +173,13 @@ class ArrayField(Field):
             raise ValueError(f"ti.field shape {self.shape} does not match the numpy array shape {numbers.shape}")
         self.numbers()[...] = numbers.reshape(self.numbers().shape)
 
+    def fill(self, value: Any) -> None:
+        """Set all numbers, vectors or matrices, to one number or to one of their kind."""
+        if impl.inside_kernel():
+            super().fill(value)
+        else:
+            self.numbers()[...] = np.asarray(value.to_list() if isinstance(value, ti.Matrix) else value)
+
     def copy_from(self, other: Any) -> None:
         """Copy all numbers from another field of the same shape."""
         self.from_numpy(other.to_numpy())
@@ -205,23 +212,9 @@ class Accessor:
 class ScalarArray(ArrayField, ScalarField):
     """A field of numbers in numpy's memory."""
 
-    def fill(self, value: Any) -> None:
-        """Set all numbers."""
-        if impl.inside_kernel():
-            ScalarField.fill(self, value)
-        else:
-            self.numbers()[...] = value
-
 
 class MatrixArray(ArrayField, MatrixField):
     """A field of vectors or of matrices in numpy's memory."""
-
-    def fill(self, value: Any) -> None:
-        """Set all vectors or matrices, to one number or to one of their kind."""
-        if impl.inside_kernel():
-            MatrixField.fill(self, value)
-        else:
-            self.numbers()[...] = np.asarray(value.to_list() if isinstance(value, ti.Matrix) else value)
 
 
 def forget(field: Any) -> None:

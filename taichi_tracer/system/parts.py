@@ -55,14 +55,10 @@ class KnownAttributes:
 
     def __setattr__(self, name: str, value: Any) -> None:
         is_known = name in vars(self) or name.startswith("_") or hasattr(type(self), name)
-        if not (is_known or is_declared(type(self), name) or may_add(self, sys._getframe(1))):
+        is_known = is_known or any(name in vars(base).get("__annotations__", {}) for base in type(self).__mro__)
+        if not (is_known or may_add(self, sys._getframe(1))):
             raise unknown(self, name)
         super().__setattr__(name, value)
-
-
-def is_declared(cls: type, name: str) -> bool:
-    """Whether a class has an annotation of an attribute."""
-    return any(name in vars(base).get("__annotations__", {}) for base in cls.__mro__)
 
 
 def may_add(part: object, frame: FrameType) -> bool:

@@ -75,12 +75,16 @@ class Ends(NamedTuple):
     f_T: np.ndarray
 
 
-def has_mirrors(scene: Any) -> bool:
-    """Whether a scene, a ``SceneInKernels``, has mirrors, glass, or lobes that are as narrow."""
+def mirrors_of(scene: Any) -> np.ndarray:
+    """(materials,) bool: which materials are mirrors, glass, or have lobes that are as narrow."""
     library = scene.material_library
-    if any(library.brdfs[i].is_delta for i in scene.effects.brdfs):
-        return True
-    return any(library.materials[int(i)].Ns >= LIKE_MIRROR_FROM for i in scene.geometry.mesh.used_materials())
+    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[scene.microfacets]])
+    return is_delta | np.array([one.Ns >= LIKE_MIRROR_FROM for one in library.materials])
+
+
+def has_mirrors(scene: Any) -> bool:
+    """Whether a scene, a ``SceneInKernels``, has such materials."""
+    return bool(mirrors_of(scene)[scene.geometry.mesh.used_materials()].any())
 
 
 def follow(scene: Any, origins: np.ndarray, directions: np.ndarray, camera: Any, most: int, rng: Any) -> Ends:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.unseen.mirror_chains import LIKE_MIRROR_FROM, OF_FEW_RAYS, RAYS, Ends, follow
+from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, Ends, follow, mirrors_of
 from taichi_tracer.unseen.rare_light import NONE, rows_of
 from taichi_tracer.unseen.small_lamps import radiance_of
 from taichi_tracer.unseen.small_suns import Sun
@@ -74,9 +74,7 @@ def mirror_pixels(
     if count > MOST_PIXELS:
         places = places[rng.choice(count, MOST_PIXELS, replace=False)]
     hits = scene_data.intersect(*camera.rays(places[:, 0], places[:, 1]))
-    library = scene_data.material_library
-    is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of[scene.microfacets]])
-    is_mirror = is_delta | np.array([one.Ns >= LIKE_MIRROR_FROM for one in library.materials])
+    is_mirror = mirrors_of(scene)
     found = places[hits.is_hit & is_mirror[np.clip(hits.material_id, 0, len(is_mirror) - 1)]]
     return found, len(found) * count / len(places)
 

@@ -71,7 +71,7 @@ def test_a_film_of_an_earlier_start_says_so():
     start("f32")
     film = Film(2, 2)
     runtime.init("cpu", force=True, debug=DEBUG)
-    errors = film.standard_error, film.sample_deviation
+    errors = film.standard_error, film.variance_of_mean
     for use in (film.image, film.show, film.reset, *errors, film.non_finite_samples, film.to_arrays):
         with pytest.raises(tt.StaleSceneError):
             use()

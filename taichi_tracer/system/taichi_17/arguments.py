@@ -148,12 +148,6 @@ readings: list[Reading] = []
 LAUNCHES: "weakref.WeakKeyDictionary[Any, Reading]" = weakref.WeakKeyDictionary()  # Taichi's kernel → its arguments
 
 
-def argument_for(value: Any) -> Argument | None:
-    """The argument for a field in numpy's memory; None for other values, and where no kernel is read."""
-    of = getattr(value, "_members", [value])[0]
-    return readings[-1].argument(of) if type(of) in FIELDS and readings else None
-
-
 def reading(create: Callable) -> Callable:
     """``Program.create_kernel``, which notes the arguments that are added to a kernel while it is read.
 
@@ -289,9 +283,10 @@ def looping(usual: Callable) -> Callable:
     @functools.wraps(usual)
     def build(context: Any, node: Any, is_grouped: bool) -> None:
         over = ast_transformer.build_stmt(context, node.iter) if is_grouped else node.iter.ptr
-        argument = argument_for(over)
-        if argument is None:
+        of = getattr(over, "_members", [over])[0]
+        if type(of) not in FIELDS or not readings:
             return usual(context, node, is_grouped)
+        argument = readings[-1].argument(of)
         indices = ast.Constant(ti.ndrange(*(argument.count(axis) for axis in range(len(argument.constant)))))
         ast.copy_location(indices, node.iter)
         if is_grouped:
