@@ -13,10 +13,6 @@ from taichi_tracer.system.errors import InputError
 def mesh_from_arrays(vertices, faces) -> Mesh:
     """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
     vertices, ids = numbers("vertices", vertices).astype(np.float64), numbers("faces", faces)
-    if ids.size == 0:
-        ids = np.zeros((0, 3), np.int32)
-    if vertices.size == 0:
-        vertices = np.zeros((0, 3))
     if ids.dtype.kind not in "iu":
         raise InputError(f"mesh: faces must be integers, not {ids.dtype}")
     return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
@@ -95,10 +91,7 @@ def of_corners(name: str, given, width: int, mesh: Mesh) -> np.ndarray:
 
 def numbers(name: str, given) -> np.ndarray:
     """An array of real numbers; an InputError if it is something else."""
-    try:
-        array = np.asarray(given)
-    except ValueError:  # rows of different lengths
-        array = np.asarray(None)
+    array = np.asarray(given)
     if array.dtype.kind not in "iuf":
         raise InputError(f"mesh: {name} must be an array of numbers, not {type(given).__name__} of {array.dtype}")
     return array

@@ -5,8 +5,8 @@ Also: where the scenes and environments are that come with the package.
 
 import contextlib
 import os
+import secrets
 import stat
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,9 +17,18 @@ _noting: list[dict[Path, None]] = []  # for those who want to know which files a
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The content of a file. An InputError says why it cannot be read."""
+    """The content of a file. An InputError says why it cannot be read.
+
+    Folders, pipes and devices are refused: reading a pipe may wait for ever, and a device never ends.
+    """
     try:
-        check_is_file(path)
+        mode = os.stat(path).st_mode
+        for paths in _noting:
+            paths[Path(path).absolute()] = None
+        if stat.S_ISDIR(mode):
+            raise InputError(f"{path}: this is a folder: give a file in it")
+        if not stat.S_ISREG(mode):
+            raise InputError(f"{path}: this is a pipe or a device: give a file that lies on a disk")
         return Path(path).read_bytes()
     except FileNotFoundError:
         raise MissingFileError(f"{path}: no such file") from None
@@ -38,21 +47,6 @@ def noting_reads() -> Iterator[dict[Path, None]]:
         _noting[:] = [one for one in _noting if one is not paths]
 
 
-def check_is_file(path: str | Path) -> None:
-    """Raise an InputError for a folder, a pipe or a device: reading a pipe may wait for ever, and a device never ends.
-
-    Raises:
-        InputError: it is no file. OSError: it does not exist or cannot be looked at.
-    """
-    mode = os.stat(path).st_mode
-    for paths in _noting:
-        paths[Path(path).absolute()] = None
-    if stat.S_ISDIR(mode):
-        raise InputError(f"{path}: this is a folder: give a file in it")
-    if not stat.S_ISREG(mode):
-        raise InputError(f"{path}: this is a pipe or a device: give a file that lies on a disk")
-
-
 def check_place(*paths: str | Path | None) -> None:
     """Raise an InputError if ``replace_file`` could not write to one of the places later; None is none."""
     for path in (Path(one) for one in paths if one is not None):
@@ -69,16 +63,13 @@ def replace_file(path: str | Path, content: bytes) -> None:
     """Write ``content`` into a file, either completely or not at all. An InputError says why it cannot be written."""
     path = Path(path)
     try:
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        part = path.with_name(f".{secrets.token_hex(8)}.part")
         try:
-            with os.fdopen(handle, "wb") as file:
+            with part.open("xb") as file:
                 file.write(content)
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(part, 0o666 & ~umask)  # mkstemp makes files that only their owner may read
             os.replace(part, path)
         finally:
-            Path(part).unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 

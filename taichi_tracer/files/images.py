@@ -24,7 +24,6 @@ from taichi_tracer.tones.display import PLAIN_TONE, Display
 
 # 16384 x 8192, the size of the largest usual environments. A header with more pixels is damaged, or an attack.
 MAX_PIXELS = 1 << 27
-MAX_JPEG_SIDE = 65_500  # the limit of libjpeg
 JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
 LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
 # The keyword of a PNG's text, and the beginning of a JPEG's comment, that say how the values were changed.
@@ -87,8 +86,6 @@ def _encode_pillow(image: np.ndarray, srgb: bool, display: Display, kind: str) -
     from PIL.PngImagePlugin import PngInfo
 
     buffer = io.BytesIO()
-    if kind == "JPEG" and max(image.shape) > MAX_JPEG_SIDE:
-        raise InputError(f"a JPEG has at most {MAX_JPEG_SIDE} pixels on a side, not {max(image.shape)}: use .png")
     options: dict[str, Any] = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
     if not display.is_plain and kind == "JPEG":
         options["comment"] = f"{DISPLAY_KEY}: {display}"
@@ -160,7 +157,6 @@ ENCODERS: dict[str, Callable[[np.ndarray, bool, Display], bytes]] = {
 EIGHT_BITS = (".png", ".jpg", ".jpeg", ".ppm")  # the others are floating point, and always linear
 KEEP_NAN = (".exr", ".pfm", ".npy")
 NEED_OPENIMAGEIO = (".exr", ".hdr")
-HAVE_CHANNELS = (".exr",)  # formats with named channels beside red, green and blue
 
 
 def check_writable(path: str | Path, channels: Collection[str] = ()) -> None:
@@ -169,7 +165,7 @@ def check_writable(path: str | Path, channels: Collection[str] = ()) -> None:
     extension = path.suffix.lower()
     if extension not in ENCODERS:
         raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(ENCODERS)}")
-    if channels and extension not in HAVE_CHANNELS:
+    if channels and extension != ".exr":
         names = ", ".join(channels)
         raise InputError(f"{path}: a {extension} file has no place for {names}: give a name that ends in .exr")
     if extension in NEED_OPENIMAGEIO:

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.files.images import linear_colors, linear_from_srgb, one_line
+from taichi_tracer.files.images import linear_colors, linear_from_srgb
 from taichi_tracer.files.readers.gltf import read_gltf
 from taichi_tracer.files.readers.ply import read_ply
 from taichi_tracer.geometry import Mesh, check
@@ -16,31 +15,9 @@ from taichi_tracer.materials import Material, Texture
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError
 
-EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_START, STL_TRIANGLE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 STL_VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 OFF_START = re.compile(rb"\s*([A-Z]*OFF)", re.IGNORECASE)
-
-
-def read_mesh(path: str | Path) -> Mesh:
-    """Read a PLY, STL, GLB, glTF or OFF file. Vertex normals are read from the file and never computed.
-
-    Raises:
-        InputError: the file is damaged.
-    """
-    path = Path(path)
-    raw, kind = read_bytes(path), path.suffix[1:].lower()
-    notes: list[str] = []
-    try:
-        mesh = READERS[kind](raw, path, notes)
-        check(mesh)
-    except Exception as error:  # damaged files make all kinds of errors
-        reason = one_line(error)
-        reason = f"{reason} is missing" if isinstance(error, KeyError) else reason
-        text = f"{path}: cannot be read as {kind.upper()} ({reason})"
-        raise InputError(reason if reason.startswith(f"{path}: ") else text) from None
-    mesh.notes = [f"{path}: {note}" for note in notes]
-    return mesh
 
 
 def _read_stl(raw: bytes, path: Path, notes: list[str]) -> Mesh:
@@ -77,7 +54,7 @@ def _read_off(raw: bytes, path: Path, notes: list[str]) -> Mesh:
     return Mesh(points, ids[corners].astype(np.int32), source=str(path))
 
 
-READERS = {"ply": read_ply, "stl": _read_stl, "off": _read_off, "glb": read_gltf, "gltf": read_gltf}
+READERS = {".ply": read_ply, ".stl": _read_stl, ".glb": read_gltf, ".gltf": read_gltf, ".off": _read_off}
 
 
 def from_trimesh(mesh_or_scene) -> Mesh:

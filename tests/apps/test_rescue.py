@@ -1,13 +1,13 @@
 """What was computed is kept somewhere when its disk is full, and the user is told where."""
 
 import errno
+import os
 import tempfile
 from pathlib import Path
 
 import pytest
 
 from taichi_tracer.apps.cli import main
-from taichi_tracer.files import disk
 
 WORDS = ["render", "cube", "--intersector", "brute_force", "--triangle-test", "moller_trumbore", "--size", "8x8"]
 
@@ -18,15 +18,15 @@ def full(tmp_path, monkeypatch):
     folders = {name: tmp_path / name for name in ("full", "temporary")}
     for folder in folders.values():
         folder.mkdir()
-    make = tempfile.mkstemp
+    move = os.replace
 
-    def mkstemp(dir=None, **options):
-        if Path(dir) == folders["full"]:
+    def replace(part, path):
+        if Path(path).parent == folders["full"]:
             raise OSError(errno.ENOSPC, "No space left on device")
-        return make(dir=dir, **options)
+        move(part, path)
 
-    monkeypatch.setattr(disk.tempfile, "mkstemp", mkstemp)
-    monkeypatch.setattr(disk.tempfile, "gettempdir", lambda: str(folders["temporary"]))
+    monkeypatch.setattr(os, "replace", replace)
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(folders["temporary"]))
     return folders["full"]
 
 

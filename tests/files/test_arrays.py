@@ -58,7 +58,6 @@ def test_normals_are_those_of_vertices_or_of_corners():
         ({"face_materials": [0.0, 0.5]}, "face_materials must be whole numbers, not float64"),
         ({"normals": UP[:3]}, "normals must have the shape (4, 3), one per vertex, or (2, 3, 3), one per corner"),
         ({"normals": np.where(np.eye(4, 3) > 0, np.inf, 1)}, "normals must be finite numbers, not inf"),
-        ({"normals": [[1, 2], [3]]}, "normals must be an array of numbers, not list"),
     ],
 )
 def test_what_does_not_fit_is_one_line_with_its_value(options, message):

@@ -16,7 +16,7 @@ from taichi_tracer.apps.keeping import Keeper, add_samples
 from taichi_tracer.apps.pictures import Picture, Request, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, encode_png, save_image
+from taichi_tracer.files.images import EIGHT_BITS, check_writable, encode_png, save_image
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words
 from taichi_tracer.picture.aovs import channel_names, find_aovs
 from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
@@ -368,7 +368,7 @@ def paths_of(request: Request, args: Namespace) -> list[list[Path]]:
         for path in paths:
             make_folder(path.parent, f"filename {path}")
     else:
-        extension = HAVE_CHANNELS[0] if args.aov else ".png"
+        extension = ".exr" if args.aov else ".png"
         paths = output_paths(output, request.settings.scene, [name for _, name in names], extension)
         if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
             paths = [

@@ -1,6 +1,5 @@
 """Wavefront MTL: the materials of an OBJ file (A1-17)."""
 
-import math
 import os
 import re
 from dataclasses import replace
@@ -99,7 +98,7 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
     """The field of ``Material`` that a line sets, with its value."""
     if keyword == "d" and words[1:2] == ["-halo"]:
         words = [words[0], *words[2:]]
-    values = [_finite(word, where) for word in words[1:]]
+    values = [number(word, where) for word in words[1:]]
     if keyword in NOT_NEGATIVE and min(values, default=0) < 0:
         raise InputError(f"{where}: {words[0]} must not be negative: {' '.join(words[1:])}")
     if keyword in COLORS:
@@ -108,24 +107,15 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
         return {COLORS[keyword]: tuple(values * 3 if len(values) == 1 else values)}
     if len(values) != 1:
         raise InputError(f"{where}: {words[0]} needs 1 number, not {len(values)}")
-    if keyword == "tr":
-        return {"d": 1.0 - values[0]}
-    return {NUMBERS[keyword]: values[0]}
+    return {"d": 1.0 - values[0]} if keyword == "tr" else {NUMBERS[keyword]: values[0]}
 
 
 def _numbers_of(words: list[str]) -> tuple[float, ...]:
     """The numbers of an unknown key, which a BRDF may need; empty if a value is not a finite number."""
     try:
-        return tuple(_finite(word, "") for word in words)
+        return tuple(number(word, "") for word in words)
     except InputError:
         return ()
-
-
-def _finite(word: str, where: str) -> float:
-    value = number(word, where)
-    if not math.isfinite(value):
-        raise InputError(f"{where}: {word!r} is no value for a material: give a finite number")
-    return value
 
 
 def find_library(statement: str, beside: Path, where: str) -> list[Path]:

@@ -1,6 +1,7 @@
 """The parts of text files: encodings, line ends, continued lines, comments, and numbers."""
 
 import codecs
+import math
 import re
 import warnings
 from collections.abc import Iterator
@@ -72,13 +73,14 @@ def names_in(rest: str) -> list[str]:
 
 
 def number(word: str, where: str) -> float:
-    """The float64 that is nearest to a decimal number; an InputError if ``word`` is not a number."""
+    """The float64 that is nearest to a decimal number; an InputError if ``word`` is none, or infinite."""
     try:
-        if "_" in word or not word.isascii():  # Python would accept both
-            raise ValueError
-        return float(word)
+        value = float(word)
     except ValueError:
-        raise InputError(f"{where}: {word!r} is not a number") from None
+        value = math.nan
+    if not math.isfinite(value) or "_" in word or not word.isascii():  # Python would accept both
+        raise InputError(f"{where}: {word!r} is not a number")
+    return value
 
 
 def all_numbers(text: bytes, dtype: type) -> np.ndarray | None:
