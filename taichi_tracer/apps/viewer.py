@@ -19,7 +19,7 @@ from taichi_tracer import camera_controller
 from taichi_tracer.apps.console import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.apps.display import missing_for_window
 from taichi_tracer.apps.page.channel import quick_pixels
-from taichi_tracer.apps.page.renderer_state import after, current
+from taichi_tracer.apps.page.renderer_state import current
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
 from taichi_tracer.apps.pictures import as_command, name_of_light
@@ -54,7 +54,8 @@ def show(
     Args:
         settings: what the program was started with, for the command that makes a saved picture again.
         offers_browser: whether the picture is served to a browser where no window can open.
-        all_views: whether everything that the renderer offers is written there, and not only what it shows.
+        all_views: whether everything that the renderer offers is written there, or else only what it shows; where an
+            assignment asks for some of it, that is all.
 
     Returns:
         0, in both cases: the exit code of a program that shows pictures.
@@ -68,7 +69,8 @@ def show(
     print(f"No window can open here: {reason}.")
     if offers_browser:
         return serve(Session(renderer, settings))
-    shown = asked_for(renderer) if all_views else (renderer.active,)
+    asked = [one for one in renderer.offers if one.name in renderer.asked] or renderer.offers
+    shown = asked if all_views else (renderer.active,)
     spp = OFFLINE_SPP if renderer.srgb else 1
     paths = [save(renderer.use(integrator.name).render(spp), Path(folder)) for integrator in shown]
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
@@ -76,11 +78,6 @@ def show(
         print(f"  {path}")
     print(f"For a window: {remedy}")
     return 0
-
-
-def asked_for(renderer: ProgressiveRenderer) -> Sequence[Integrator]:
-    """What its assignment asks for, of what a renderer offers; everything where it asks for nothing single."""
-    return [one for one in renderer.offers if one.name in renderer.asked] or renderer.offers
 
 
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
@@ -217,7 +214,8 @@ class Viewer:
         name, value, label = control["name"], control["value"], control["label"]
         if control["kind"] == "names":
             if panel.button(f"{label.capitalize()}: {Path(value).name}"):
-                self.set(name, after(value, control["names"]))
+                names = control["names"]
+                self.set(name, names[(names.index(value) + 1) % len(names)])
             return
         low, high, step = control["low"], control["high"], control["step"]
         panel.text(label)  # there is little room beside a slider

@@ -431,8 +431,10 @@ DECODERS: dict[str, Callable[[Path, bytes], np.ndarray]] = {
 
 # Operations whose result has the meaning of their arguments. A picture times two is a brighter picture. A picture to
 # the power of 1/2.2 is something else: somebody encoded it by hand, and it must not be encoded once more.
-KEEP_MEANING = {"add", "subtract", "multiply", "divide", "negative", "positive", "absolute", "minimum", "maximum"}
-KEEP_MEANING |= {"fmin", "fmax", "clip"}
+KEEP_MEANING = {
+    *("add", "subtract", "multiply", "divide", "negative", "positive", "absolute"),
+    *("minimum", "maximum", "fmin", "fmax", "clip"),
+}
 JOIN = (np.concatenate, np.where, np.pad)
 SMALLEST = 16  # pixels on a side of what a notebook shows as a picture
 

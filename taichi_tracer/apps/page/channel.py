@@ -193,7 +193,6 @@ class Channel:
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
-        self._tasks: deque[Callable[[], object]] = deque()
         self._lock = threading.Condition()
         self._frame = NO_FRAME
         self.is_asked = False
@@ -210,9 +209,9 @@ class Channel:
             self._lock.notify_all()
 
     def later(self, task: Callable[[], object]) -> None:
-        """Let the session's own thread call a function, which may use the renderer and must not raise."""
+        """Let the session's own thread call a function, which may use the renderer."""
         with self._lock:
-            self._tasks.append(task)
+            self._events.append(("call", {"task": task}))
             self._lock.notify_all()
 
     def wait_for_frame(self, since: int, patience: float) -> Frame | None:
@@ -236,15 +235,12 @@ class Channel:
             self.is_asked = True
             self._lock.notify_all()
 
-    def take_post(self) -> tuple[list[Event], int]:
-        """The events that have come since the last time, and how many functions of other threads were called."""
+    def take_post(self) -> list[Event]:
+        """The events that have come since the last time."""
         with self._lock:
-            events, tasks = list(self._events), list(self._tasks)
+            events = list(self._events)
             self._events.clear()
-            self._tasks.clear()
-        for task in tasks:
-            task()
-        return events, len(tasks)
+        return events
 
     def show(self, frame: Frame) -> None:
         """Give a frame to everybody who waits for one."""

@@ -1,4 +1,4 @@
-"""Before something is shown, its kernels are compiled: the first by this process, others by another one.
+"""What was chosen, and its kernels, which another process compiles before it is shown.
 
 While Taichi translates a kernel, nothing else of a process runs. The other process renders a small picture with the
 settings of the choice, while the old picture still moves; Taichi keeps its kernels in the cache of the user, from which
@@ -12,23 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import taichi as ti
-
-from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings
-
-
-def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object]) -> None:
-    """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
-
-    Args:
-        draw: renders a sample and shows it.
-    """
-    for _ in range(3):  # the first pictures compile
-        renderer.camera.set_camera_parameters()  # as if moved
-        draw()
-        ti.sync()
-
 
 SIDE, SPP = 64, 2  # of the picture of the other process: two samples have an error, too
 START = 1.0  # seconds that the other process takes to start

@@ -307,11 +307,6 @@ def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> N
             renderer.change(name, value)
 
 
-def after(name: str, names: list[str]) -> str:
-    """The name that comes after another one in a list, from whose end it goes on at the beginning."""
-    return names[(names.index(name) + 1) % len(names)]
-
-
 # ── while the camera moves ──
 
 

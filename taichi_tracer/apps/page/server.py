@@ -177,8 +177,7 @@ class Page:
 
     def save(self, kind: str) -> None:
         """Send the picture as a file; the thread that renders calls this."""
-        with self.session.errors_as_message():
-            self.send({"file": f"picture.{kind}"}, self.session.file(kind))
+        self.send({"file": f"picture.{kind}"}, self.session.file(kind))
 
     def send_frames(self) -> None:
         """Send every frame that the page can take."""

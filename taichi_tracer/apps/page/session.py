@@ -20,7 +20,7 @@ import numpy as np
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps.page.channel import Channel, Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process, warm_up
+from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.renderer_state import (
     DIFFERENCE,
@@ -134,7 +134,9 @@ class Session(Channel):
     def warm_up(self) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
         start = time.monotonic()
-        warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()))
+        for _ in range(3):  # the first pictures compile
+            self.renderer.camera.set_camera_parameters()  # as if moved
+            quick_pixels(self.renderer.render())
         self._compiled.add(self._kernels_of(self.state.settings))
         self._expose_at_first()
         self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
@@ -169,11 +171,11 @@ class Session(Channel):
             Whether anything was done.
         """
         with self._lock:
-            if not (self._events or self._tasks):
+            if not self._events:
                 wait = self.seconds_of_rest()
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
-        events, tasks = self.take_post()
+        events = self.take_post()
         self.take(events)
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
@@ -187,7 +189,7 @@ class Session(Channel):
         if self._is_cold and self._framed != NOTHING and self.choice is None and self.mode == OFF:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
-        return bool(events or tasks or is_busy)
+        return bool(events or is_busy)
 
     def take_choice(self) -> None:
         """Show what was chosen if it is due, and move the camera."""
@@ -370,6 +372,10 @@ class Session(Channel):
                 state.destroy()
 
         self.choose(f"loading {name}", COSTS["estimator"] * self._unit, take)
+
+    def on_call(self, task: Callable[[], object]) -> None:
+        """Call a function of another thread."""
+        task()
 
     def on_expose(self) -> None:
         """Choose the exposure that shows the picture well."""

@@ -13,9 +13,26 @@ from taichi_tracer.materials import Material, Texture
 from taichi_tracer.meshes.polygons import triangulate
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
-TYPES |= {"float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2"}
-TYPES |= {"int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8"}
+TYPES = {
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "double": "f8",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 HEADER_END = re.compile(rb"^end_header[ \t]*(?:\r\n|\n|\r)", re.MULTILINE)
 TEXTURE = re.compile(r"^comment\s+TextureFile\s+(.+)$", re.MULTILINE | re.IGNORECASE)
@@ -52,7 +69,7 @@ def read_ply(raw: bytes, path: Path, notes: list[str]) -> Mesh:
 
 def elements_of(head: str) -> tuple[str, Elements]:
     """The order of bytes ("" for text) and the elements of a header."""
-    order, elements, properties = None, {}, {}
+    order, elements, properties = "", {}, {}
     for line in head.splitlines():
         words = line.split()
         try:
@@ -67,8 +84,6 @@ def elements_of(head: str) -> tuple[str, Elements]:
                 properties[words[2]] = "", TYPES[words[1]]
         except (LookupError, ValueError):
             raise InputError(f"the line {line!r:.80} of the header cannot be read") from None
-    if order is None:
-        raise InputError(f"its format must be one of {', '.join(ORDERS)}")
     return order, elements
 
 
