@@ -23,7 +23,7 @@ from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.parts import is_as_written, overridable
+from taichi_tracer.system.parts import overridable, replaced
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData
@@ -139,7 +139,7 @@ class Integrator:
 
         The sum is less noisy then. A student's method need not weight them as the package's do.
         """
-        return self.exponent > 0 and is_as_written(self, __package__)
+        return self.exponent > 0 and type(self).__module__.startswith(__package__) and not replaced(self)
 
     def prepare(self, scene_data: "SceneData", camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""

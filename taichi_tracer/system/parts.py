@@ -214,11 +214,6 @@ def written(cls: type, name: str) -> object:
     return getattr(found, "written", found)
 
 
-def is_as_written(part, module: str) -> bool:
-    """Whether the class of an object is one of this module or package, and none of its methods was replaced."""
-    return type(part).__module__.startswith(module) and not replaced(part)
-
-
 def assigned() -> list[str]:
     """The methods of the package's classes that were replaced by an assignment, as "Camera.generate_ray"."""
     return [f"{cls.__name__}.{name}" for cls in _SHIPPED for name in replaced(cls)]
@@ -227,8 +222,7 @@ def assigned() -> list[str]:
 def why_replaced(part) -> str:
     """The reason for receipts: "MyCamera replaces generate_ray"; "" if nothing is replaced."""
     names = replaced(part)
-    cls = part if isinstance(part, type) else type(part)
-    return f"{cls.__name__} replaces {', '.join(names)}" if names else ""
+    return f"{class_name(part)} replaces {', '.join(names)}" if names else ""
 
 
 def adapt_signature(cls: type) -> None:
