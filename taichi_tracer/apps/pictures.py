@@ -57,7 +57,6 @@ from taichi_tracer.settings import (
     WEIGHTS,
     RenderSettings,
     usual_values,
-    words_of,
 )
 from taichi_tracer.system import runtime
 from taichi_tracer.system.argument_types import size
@@ -524,12 +523,6 @@ def changed_values(renderer: ProgressiveRenderer) -> dict[str, Any]:
     known, active = {one.value: one for one in OPTIONS.values() if one.value}, renderer.active.name
     values = ((known[name], value) for name, value in renderer.values().items() if name in known)
     return {of.value: value for of, value in values if value != of.usual and of.of in ("", active)}
-
-
-def name_of_light(renderer: ProgressiveRenderer) -> str:
-    """The name of the bounces whose light is shown, as ``--bounces`` takes it; "" if all of it is shown."""
-    bounces = renderer.values().get("bounces")
-    return "" if bounces is None else words_of("bounces", (bounces,))[1]
 
 
 def camera_settings(camera: ProjectiveCamera) -> dict[str, Any]:

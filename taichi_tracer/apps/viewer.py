@@ -22,12 +22,12 @@ from taichi_tracer.apps.page.channel import quick_pixels
 from taichi_tracer.apps.page.renderer_state import current
 from taichi_tracer.apps.page.server import serve
 from taichi_tracer.apps.page.session import Session
-from taichi_tracer.apps.pictures import as_command, name_of_light
+from taichi_tracer.apps.pictures import as_command
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.settings import RenderSettings
+from taichi_tracer.settings import RenderSettings, name_of_bounces
 from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"
@@ -83,9 +83,9 @@ def show(
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     """Write what the renderer shows now to <folder>/<scene>_<view>.png; InputError where that cannot be."""
     folder.mkdir(parents=True, exist_ok=True)
-    light = name_of_light(renderer)
-    bounces = light and f"_bounce_{light}"
-    path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}{bounces}.png"
+    bounces = renderer.values().get("bounces")
+    which = "" if bounces is None else f"_bounce_{name_of_bounces(bounces)}"
+    path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}{which}.png"
     check_writable(path)
     renderer.save(path)
     return path

@@ -31,19 +31,15 @@ def add_arguments(parser: Parser) -> None:
 def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
     image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
-    for path in (args.first, args.second):
+    for path, picture in ((args.first, image), (args.second, reference)):
         display = display_in(path)
         if display is not None:
             advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
             raise InputError(f"{path}: not linear light, but shown with {display}: {advice}")
-    try:
-        check_same_size(image, reference)
-    except InputError as error:
-        raise InputError(f"{args.first}, {args.second}: {error}") from None
-    for path, picture in ((args.first, image), (args.second, reference)):
         if not np.isfinite(picture).all():
             y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
             raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
+    check_same_size(image, reference)
     check_place(args.report)
     lines = numbers(image, reference)
     print("\n".join(lines))

@@ -46,7 +46,9 @@ def run(args: Namespace) -> int:
     """Explain one sample of one pixel."""
     request = request_of(RenderSettings.of(args))
     picture = request.single("explain")
-    check(args)
+    if (args.pixel is not None) + args.worst + args.non_finite != 1:
+        raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
+    check_place(args.json, args.html)
     renderer = picture.first_renderer(request.load())
     samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)
@@ -62,13 +64,6 @@ def run(args: Namespace) -> int:
             replace_file(path, as_text(explanation).encode())
             print(path)
     return 0
-
-
-def check(args: Namespace) -> None:
-    """Raise an InputError unless one pixel is asked for, and the files can be written."""
-    if (args.pixel is not None) + args.worst + args.non_finite != 1:
-        raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
-    check_place(args.json, args.html)
 
 
 def find(renderer: ProgressiveRenderer, args: Namespace, samples: int) -> tuple[int, int, int | None] | None:

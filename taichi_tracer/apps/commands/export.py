@@ -34,7 +34,10 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Write the document; what it cannot say is a note on stderr."""
-    path = output_of(args)
+    path = Path(args.output)
+    if path.suffix.lower() != ".xml":
+        raise InputError(f"{path}: the ending must be .xml")
+    check_place(path)
     request = request_of(RenderSettings.of(args))
     document, up_axis, scene = request.document, args.up_axis, find_scene(args.scene)
     if document is None:
@@ -51,15 +54,6 @@ def run(args: Namespace) -> int:
     count = whole.num_primitives if whole.placed is None else whole.placed.starts[-1]
     print(f"{path}: {count:,} primitives, {len(shots)} pictures, {len(text.encode()):,} bytes")
     return 0
-
-
-def output_of(args: Namespace) -> Path:
-    """The file to write; InputError where it could not be written."""
-    path = Path(args.output)
-    if path.suffix.lower() != ".xml":
-        raise InputError(f"{path}: the ending must be .xml")
-    check_place(path)
-    return path
 
 
 def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None) -> Shot:

@@ -16,8 +16,8 @@ import taichi.math as tm
 
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.files.arrays import mesh_from_arrays
-from taichi_tracer.formulas.triangles import stable_normal
-from taichi_tracer.geometry import Mesh, unit
+from taichi_tracer.formulas.triangles import stable_normal, unit
+from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import Ray, RayHits, offset_origin
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
