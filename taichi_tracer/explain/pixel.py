@@ -238,9 +238,9 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``met_children`` of a wide hierarchy: the node, and how many of its boxes are met."""
         log.note("a node is entered", is_limited=True, node=node, boxes_met=tm.popcnt(result[1]), t_max=t_max)
 
-    def tried_corners(part, result, ray, bounds, triangle_id, *corners):
-        """``try_corners`` of a wide hierarchy."""
-        note_triangle(log, part, ray, triangle_id, corners, result[0])
+    def tried_corners(part, result, ray, bounds, primitive_id, triangle_id, corners, facing):
+        """``try_corners`` of a wide hierarchy, or of objects that stand in several places."""
+        note_triangle(log, part, ray, primitive_id, corners, result[0])
 
     def tried_solved(part, result, ray, aim, place, *numbers):
         """``solved`` of a triangle whose block was solved at once."""
@@ -250,17 +250,11 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``triangle_hit``."""
         note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
 
-    def tried_in(part, result, place, number, *triangle):
-        """``try_corners_in`` of objects that stand in several places."""
-        _, ray, _, corners = triangle
-        note_triangle(log, part, ray, part.geometry.places.id_of(place, number), corners, result[0])
-
     methods = {
         "met_children": entered,
         "try_corners": tried_corners,
         "solved": tried_solved,
         "triangle_hit": tried_hit,
-        "try_corners_in": tried_in,
     }
     return {name: after(act) for name, act in methods.items()}
 

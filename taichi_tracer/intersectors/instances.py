@@ -12,12 +12,13 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.formulas.boxes import RayBounds, within_box
+from taichi_tracer.formulas.boxes import RayBounds
 from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 from taichi_tracer.formulas.triangles import TriangleTest, stable_normal, thinness, unit
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
+from taichi_tracer.intersectors.wide_bvh import TriesCorners
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.memory import Memory, varying
@@ -146,7 +147,7 @@ FEW_CORNERS = 1_000_000  # that are transformed at once
 
 
 @ti.data_oriented
-class InPlaces:
+class InPlaces(TriesCorners):
     """What a primitive is in its place: methods of an intersector of a scene with ``places``."""
 
     @ti.func
@@ -164,11 +165,11 @@ class InPlaces:
         return places.to_world(place, v0), places.to_world(place, v1), places.to_world(place, v2)
 
     @ti.func
-    def try_in(self, place, number, ray, bounds, t_min):
+    def try_in(self, place, number, primitive_id, ray, bounds, t_min):
         """(t, u, v) on a primitive in a place; t is −∞ for a miss.
 
         Args:
-            number: of the primitive in memory. bounds: ``ray_bounds`` of the ray.
+            number: of the primitive in memory. primitive_id: its id there. bounds: ``ray_bounds`` of the ray.
         """
         t, u, v = -tm.inf, 0.0, 0.0
         index = number
@@ -177,25 +178,8 @@ class InPlaces:
             if index < 0:
                 t = self.ellipsoid_in(place, -1 - index, ray, t_min)
         if index >= 0:
-            t, u, v = self.try_corners_in(place, number, index, ray, bounds, self.triangle_in(place, index))
-        return t, u, v
-
-    @ti.func
-    def try_corners_in(self, place, number, triangle_id, ray, bounds, corners):
-        """``try_in`` for a triangle with these corners in world space."""
-        v0, v1, v2 = corners
-        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        t = -tm.inf
-        if is_inside and det != 0:
-            t = within_box(bounds, distance, v0, v1, v2)
-        if ti.static(self.geometry.effects.culling):
-            towards = tm.dot(ray.direction, stable_normal(v0, v1, v2)) * self.geometry.places.facing[place]
-            if self.geometry.culls[triangle_id] != 0 and towards > 0:
-                t = -tm.inf
-        if ti.static(self.geometry.effects.holes):
-            if t > -tm.inf:
-                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
-                    t = -tm.inf
+            corners, facing = self.triangle_in(place, index), self.geometry.places.facing[place]
+            t, u, v = self.try_corners(ray, bounds, primitive_id, index, corners, facing)
         return t, u, v
 
     @ti.func
@@ -294,20 +278,21 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
         self._memory_of_roots, (self.roots,) = memory.filled(np.array(self.first_nodes))  # where each tree begins
 
     def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-        """The nodes of the upper tree, then those of the objects; what is in the leaves; the largest depth."""
+        """The nodes of the upper tree, then those of the objects; what is in the leaves; how much waits on a stack."""
         ids, boxes = geometry.hittable()
         of_objects = [(rows, *nodes_of(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
         ordered = [boxes[rows[order]] for rows, _, _, order, _ in of_objects]
         places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
         box, links, order, depth = nodes_of(boxes)
-        order, self.first_nodes = places[order], []
+        order, self.first_nodes, deepest = places[order], [], 0
+        depth += int(links[:, 1].max())  # the places of a leaf wait together
         for rows, own_box, own_links, own_order, own_depth in of_objects:
             is_leaf = own_links[:, 1] > 0
             self.first_nodes.append(len(box))
             own_links[:, 0] += np.where(is_leaf, len(order), len(box)).astype(np.int32)
             box, links = np.concatenate([box, own_box]), np.concatenate([links, own_links])
-            order, depth = np.concatenate([order, ids[rows[own_order]]]), max(depth, own_depth)
-        return box, links, order.astype(np.int32), depth
+            order, deepest = np.concatenate([order, ids[rows[own_order]]]), max(deepest, own_depth)
+        return box, links, order.astype(np.int32), depth + deepest
 
     def destroy(self) -> None:
         """Free the trees' memory."""
@@ -316,57 +301,44 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """As in the base class; the primitives are those of all places."""
-        nearest, best = no_hit(), t_max
-        bounds = self.ray_bounds(ray)
-        stack = ti.Vector([0] * self.stack_size, ti.i32)
+        """As in the base class; the primitives are those of all places.
+
+        A node waits on the stack together with the place in which its object is seen; −1 is the upper tree.
+        """
+        best, best_id, at, number, uv = t_max, -1, -1, -1, tm.vec2(0)
+        bounds, place = self.ray_bounds(ray), -1
+        seen = bounds  # the ray, as the object in ``place`` sees it
+        stack, places = ti.Vector([0] * self.stack_size, ti.i32), ti.Vector([-1] * self.stack_size, ti.i32)
         waiting = ti.cast(self.is_legal(ray), ti.i32)
         while waiting > 0:
             waiting -= 1
             node = stack[waiting]
-            t_near, t_far = self.node_interval(bounds, node, t_min, best)
+            if places[waiting] != place:
+                place, seen = places[waiting], bounds
+                if place >= 0:
+                    seen = self.bounds_in(place, ray)
+            t_near, t_far = self.node_interval(seen, node, t_min, best)
             if t_near <= t_far:
                 if self.count[node] == 0:
                     stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
+                    places[waiting], places[waiting + 1] = place, place
                     waiting += 2
                 for i in range(self.first[node], self.first[node] + self.count[node]):
-                    hit = self.search_in(self.order[i], ray, bounds, t_min, best, any_hit)
-                    is_first_of_equals = hit.distance == best and hit.triangle_id < nearest.triangle_id
-                    if hit.is_hit and (hit.distance < best or is_first_of_equals):
-                        nearest, best = hit, hit.distance
+                    if place < 0:
+                        places[waiting] = self.order[i]
+                        stack[waiting] = self.roots[self.geometry.places.objects[self.order[i]]]
+                        waiting += 1
+                    else:
+                        primitive_id = self.geometry.places.id_of(place, self.order[i])
+                        t, u, v = self.try_in(place, self.order[i], primitive_id, ray, bounds, t_min)
+                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                            best, best_id, at, number, uv = t, primitive_id, place, self.order[i], tm.vec2(u, v)
                 if ti.static(any_hit):
-                    if nearest.is_hit:
-                        waiting = 0
-        return nearest
-
-    @ti.func
-    def search_in(self, place, ray, bounds, t_min, t_max, any_hit: ti.template()):
-        """HitData of the nearest hit in a place with t_min < t ≤ t_max; or of any with t < t_max, with ``any_hit``."""
-        best, number, best_u, best_v = t_max, -1, 0.0, 0.0
-        in_object = self.bounds_in(place, ray)
-        stack = ti.Vector([0] * self.stack_size, ti.i32)
-        stack[0], waiting = self.roots[self.geometry.places.objects[place]], 1
-        while waiting > 0:
-            waiting -= 1
-            node = stack[waiting]
-            t_near, t_far = self.node_interval(in_object, node, t_min, best)
-            if t_near <= t_far:
-                if self.count[node] == 0:
-                    stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
-                    waiting += 2
-                for i in range(self.first[node], self.first[node] + self.count[node]):
-                    t, u, v = self.try_in(place, self.order[i], ray, bounds, t_min)
-                    is_first_of_equals = t == best and (number < 0 or self.order[i] < number)
-                    if ti.static(any_hit):
-                        is_first_of_equals = False
-                    if t_min < t and (t < best or is_first_of_equals):
-                        best, number, best_u, best_v = t, self.order[i], u, v
-                if ti.static(any_hit):
-                    if number >= 0:
+                    if best_id >= 0:
                         waiting = 0
         hit = no_hit()
-        if number >= 0:
-            hit = self.describe_in(place, number, ray, best, tm.vec2(best_u, best_v), t_min, t_max)
+        if best_id >= 0:
+            hit = self.describe_in(at, number, ray, best, uv, t_min, t_max)
             hit.distance = best
         return hit
 

@@ -41,10 +41,37 @@ STACK_STEP, DEPTH_STEP = 64, 8
 UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
 
 
+@ti.data_oriented
+class TriesCorners:
+    """A triangle of an intersector that knows its corners."""
+
+    @ti.func
+    def try_corners(self, ray, bounds, primitive_id, triangle_id, corners, facing):
+        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes.
+
+        Args:
+            primitive_id: its id among all primitives, which those who watch want to know.
+            facing: −1 if the corners are those of a mirror image, whose front stays a front, else 1.
+        """
+        v0, v1, v2 = corners
+        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
+        t = -tm.inf
+        if is_inside and det != 0:
+            t = within_box(bounds, distance, v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) * facing > 0:
+                t = -tm.inf
+        if ti.static(self.geometry.effects.holes):
+            if t > -tm.inf:
+                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
+                    t = -tm.inf
+        return t, u, v
+
+
 @register
 @ti.data_oriented
 @overridable()
-class WideBVH(RayIntersector):
+class WideBVH(TriesCorners, RayIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 
     name = "wide_bvh"
@@ -382,27 +409,11 @@ class WideBVH(RayIntersector):
         """(t, u, v) on the triangle with the given vertices, or on the sphere with this number; t is −∞ for a miss."""
         t, u, v = -tm.inf, 0.0, 0.0
         if ti.static(not self.geometry.effects.spheres):
-            t, u, v = self.try_corners(ray, bounds, primitive_id, v0, v1, v2)
+            t, u, v = self.try_corners(ray, bounds, primitive_id, primitive_id, (v0, v1, v2), 1)
         else:
             index = self.geometry.primitives[primitive_id]
             if index < 0:
                 t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
             else:
-                t, u, v = self.try_corners(ray, bounds, index, v0, v1, v2)
-        return t, u, v
-
-    @ti.func
-    def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
-        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes."""
-        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        t = -tm.inf
-        if is_inside and det != 0:
-            t = within_box(bounds, distance, v0, v1, v2)
-        if ti.static(self.geometry.effects.culling):
-            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
-                t = -tm.inf
-        if ti.static(self.geometry.effects.holes):
-            if t > -tm.inf:
-                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
-                    t = -tm.inf
+                t, u, v = self.try_corners(ray, bounds, primitive_id, index, (v0, v1, v2), 1)
         return t, u, v
