@@ -10,13 +10,13 @@ A camera also has a size, and a view that Python sets and that kernels read.
 import reprlib
 from abc import abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
-from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.view import (
@@ -32,7 +32,7 @@ from taichi_tracer.formulas.view import (
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import compile_time, element, inside_kernel, runs_in_kernels
-from taichi_tracer.system.course_fields import HeldExpr, held
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.own_code.checks import fault
 from taichi_tracer.system.parts import (
@@ -69,10 +69,7 @@ class Setting(property):
     """
 
     def __get__(self, camera: Any, owner: type | None = None) -> Any:
-        value = super().__get__(camera, owner)
-        if isinstance(value, (float, np.ndarray)):
-            return held(value, lambda changed: self.__set__(camera, changed))
-        return HeldExpr(value) if isinstance(value, Expr) else value
+        return held(super().__get__(camera, owner), partial(self.__set__, camera))
 
     def __set__(self, camera: Any, value: Any) -> None:
         camera._change({self.fget.__name__: value})  # type: ignore[union-attr]

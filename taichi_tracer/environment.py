@@ -19,7 +19,7 @@ from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import element, inside_kernel
-from taichi_tracer.system.course_fields import HeldExpr, held
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS, KnownAttributes, overridable
 
@@ -106,9 +106,7 @@ class Environment(KnownAttributes):
     @property
     def intensity(self) -> float:
         """The factor by which all radiance is multiplied; ``intensity[None]`` may be assigned, as in the course."""
-        if inside_kernel():
-            return HeldExpr(element(self.settings, 0))
-        return held(self._intensity, self.set_intensity)
+        return held(element(self.settings, 0) if inside_kernel() else self._intensity, self.set_intensity)
 
     def set_rotation(self, degrees: float) -> None:
         """Turn the environment about the axis that is up."""

@@ -5,7 +5,7 @@ be groups, too. ``resolve_instances`` composes all transforms of such a tree: th
 The triangles of an object are in memory once, unless copies of them are small, or are needed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,7 +34,6 @@ FEW_COPIES = 2_000_000
 MOST_COPIES = 20_000_000  # copies must not fill the memory
 MOST_PLACES = 10_000_000
 MOST_IDS = 2**31 - 1
-MOST_RUNS = 256  # of copies between objects that are shared; with more, all copies come first
 MOST_LEVELS = 64  # of groups in groups
 # |M| |M⁻¹| of a transform that squeezes more is near that of a plane: its inverse in f32 would be noise.
 MOST_SQUEEZED = 1e5
@@ -185,23 +184,50 @@ def resolve_instances(mesh: Mesh, smooth: bool | float = False, choice: str = "a
         raise one_of("instances", choice, CHOICES)
     if not mesh.instances:
         return smoothed(mesh, smooth)
-    counts = _count_places(mesh, (mesh,), {})
+    found: list[Mesh] = []
+    object_of, matrices = _places(mesh, (mesh,), found, {})
     distinct = meshes_within(mesh)
     for one in distinct:
         check(one)
     notes = [note for one in distinct for note in one.notes]
     if any(one.lights for one in distinct if one is not mesh):
         notes.append(f"{mesh.source}: lights in files of meshes that stand in several places are left out")
-    places = list(_places(mesh, np.eye(4)[None], np.zeros(1, np.int64), counts))
-    standing = {id(one): smoothed(one, smooth) for one, *_ in places}
-    objects, materials = with_common_materials(list(standing.values()))
-    number = {key: k for k, key in enumerate({id(one): one for one, *_ in places})}
-    order = np.argsort(np.concatenate([np.zeros(0, np.int64), *(at for *_, at in places)]))
-    object_of = np.concatenate([np.zeros(0, int), *(np.full(len(m), number[id(one)]) for one, m, _ in places)])[order]
-    matrices = np.concatenate([np.zeros((0, 4, 4)), *(m for _, m, _ in places)])[order]
+    objects, materials = with_common_materials([smoothed(one, smooth) for one in found])
     shared = _shared(objects, object_of, matrices, choice, mesh.source)
-    whole = _with_copies(objects, object_of, matrices, shared, materials, mesh)
+    whole = _with_copies(objects, object_of, matrices, shared, materials, mesh.source)
     return replace(whole, notes=notes, lights=mesh.lights)
+
+
+def _places(
+    mesh: Mesh, path: tuple[Mesh, ...], objects: list[Mesh], known: dict[int, tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """For all places in a group, in order: the number of the object, and its (4, 4) transform.
+
+    Args:
+        path: the groups around the mesh, and the mesh. objects: gets the meshes that have primitives.
+        known: the results for meshes that were met before, by identity.
+
+    Raises:
+        InputError: a group contains itself, or is too large.
+    """
+    count = int(mesh.num_primitives > 0)
+    found = [(np.full(count, len(objects)), np.tile(np.eye(4), (count, 1, 1)))]
+    objects += [mesh] * count
+    for one in mesh.instances:
+        way = " → ".join(part.source for part in (*path, one.mesh))
+        if any(part is one.mesh for part in path):
+            raise InputError(f"a group contains itself: {way}")
+        if len(path) >= MOST_LEVELS:
+            raise InputError(f"groups are nested more than {MOST_LEVELS} deep: {way}")
+        if id(one.mesh) not in known:
+            known[id(one.mesh)] = _places(one.mesh, (*path, one.mesh), objects, known)
+        inner, within = known[id(one.mesh)]
+        count += len(one.transforms) * len(inner)
+        if count > MOST_PLACES:
+            raise InputError(f"{way}: more than {MOST_PLACES:,} places")
+        found.append((np.tile(inner, len(one.transforms)), (one.transforms[:, None] @ within).reshape(-1, 4, 4)))
+    object_of, matrices = zip(*found, strict=True)
+    return np.concatenate(object_of), np.concatenate(matrices)
 
 
 def _with_copies(
@@ -210,75 +236,23 @@ def _with_copies(
     matrices: np.ndarray,
     shared: np.ndarray,
     materials: list[Material],
-    mesh: Mesh,
+    source: str,
 ) -> Mesh:
-    """One mesh of the objects that are shared, and of copies of the others: neighbours among these are one object."""
-    begins = np.flatnonzero(~shared & np.append(True, shared[:-1]))  # of runs of copies
-    if len(begins) > MOST_RUNS or not shared.any():
-        begins = begins[:1]
-        order = np.argsort(shared, kind="stable")
-        object_of, matrices, shared = object_of[order], matrices[order], shared[order]
-    run_of = np.cumsum(np.isin(np.arange(len(shared)), begins)) - 1
-    copies: list[list[Mesh]] = [[] for _ in begins]
-    for place in np.flatnonzero(~shared):
-        copies[run_of[place]].append(moved(objects[object_of[place]], matrices[place]))
-    runs = [joined(some, materials, mesh.source) for some in copies]
+    """One mesh of copies, and of the objects that are shared; beside these, each copy is an object of its own."""
+    copies = [moved(objects[number], at) for number, at in zip(object_of[~shared], matrices[~shared], strict=True)]
     kept = np.unique(object_of[shared])
-    parts = [*runs, *(objects[k] for k in kept)]
-    whole = joined(parts, materials, mesh.source)
+    parts = [*copies, *(objects[k] for k in kept)]
+    whole = joined(parts, materials, source)
     if len(kept) > 0:
         counts = np.array([(len(part.faces), len(part.spheres), part.num_primitives) for part in parts])
         faces, spheres, primitives = np.concatenate([np.zeros((1, 3), int), counts.cumsum(axis=0)]).T
-        stands = shared | np.isin(np.arange(len(shared)), begins)
-        number = np.where(shared, len(runs) + np.searchsorted(kept, object_of), run_of)[stands]
-        at = np.where(shared[:, None, None], matrices, np.eye(4))[stands, :3]
-        whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), at)
+        number = len(copies) + np.searchsorted(kept, object_of)
+        number[~shared], matrices[~shared] = np.arange(len(copies)), np.eye(4)
+        whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), matrices[:, :3])
         if whole.placed.starts[-1] > MOST_IDS:
             count = f"{whole.placed.starts[-1]:,} primitives in all places"
-            raise InputError(f"{mesh.source}: {count}, and ids end at {MOST_IDS:,}")
+            raise InputError(f"{source}: {count}, and ids end at {MOST_IDS:,}")
     return whole
-
-
-def _count_places(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, tuple[int, int]]) -> dict[int, tuple[int, int]]:
-    """For each mesh of a group, by identity: the places of meshes with primitives in it, and its levels of groups.
-
-    Raises:
-        InputError: a group contains itself, or is too large.
-    """
-    places, levels = int(mesh.num_primitives > 0), 1
-    for one in mesh.instances:
-        way = " → ".join(part.source for part in (*path, one.mesh))
-        if any(part is one.mesh for part in path):
-            raise InputError(f"a group contains itself: {way}")
-        if len(path) >= MOST_LEVELS:
-            raise InputError(f"groups are nested more than {MOST_LEVELS} deep: {way}")
-        if id(one.mesh) not in known:
-            _count_places(one.mesh, (*path, one.mesh), known)
-        inner, levels_below = known[id(one.mesh)]
-        places, levels = places + len(one.transforms) * inner, max(levels, 1 + levels_below)
-        if places > MOST_PLACES or levels > MOST_LEVELS:
-            excess = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
-            raise InputError(f"{way}: {excess}")
-    known[id(mesh)] = places, levels
-    return known
-
-
-def _places(
-    mesh: Mesh, matrices: np.ndarray, at: np.ndarray, counts: dict[int, tuple[int, int]]
-) -> Iterator[tuple[Mesh, np.ndarray, np.ndarray]]:
-    """For each mesh with primitives in a group: (it, the (n, 4, 4) transforms to its places, their numbers in order).
-
-    Args:
-        at: (n,) the number of the first place of each ``mesh``.
-    """
-    if mesh.num_primitives > 0:
-        yield mesh, matrices, at
-    at = at + int(mesh.num_primitives > 0)
-    for one in mesh.instances:
-        size, count = counts[id(one.mesh)][0], len(one.transforms)
-        every = (matrices[:, None] @ one.transforms[None]).reshape(-1, 4, 4)
-        yield from _places(one.mesh, every, (at[:, None] + size * np.arange(count)).reshape(-1), counts)
-        at = at + size * count
 
 
 def meshes_within(mesh: Mesh, known: dict[int, Mesh] | None = None) -> list[Mesh]:

@@ -1,15 +1,14 @@
 """The renderers of the assignments: what each offers, with the methods that the handouts name."""
 
-import copy
 import functools
 import warnings
 from collections.abc import Sequence
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
 from taichi_tracer.files.images import Picture
-from taichi_tracer.integrators import modes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -17,7 +16,7 @@ from taichi_tracer.renderer_parts import IntegratorChoice
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import compile_time, inside_kernel
-from taichi_tracer.system.course_fields import HeldExpr, held
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.parts import PARTS, call_with_known_args, overridable, register
@@ -26,6 +25,71 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it got
+
+
+class Mode:
+    """What a renderer shows, as the course numbers it: ``renderer.shade_mode[None] == renderer.ShadeMode.HIT``.
+
+    The members of the enumeration have names of integrators, in capital letters.
+
+    Args:
+        modes: the name of the enumeration in the class of the renderer.
+    """
+
+    def __init__(self, modes: str) -> None:
+        self.modes = modes
+
+    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
+        if renderer is None:
+            return self
+        name, aliases = renderer.active.name, renderer.active.aliases
+        modes = {mode.name.lower(): int(mode) for mode in getattr(renderer, self.modes)}
+        found = [number for own, number in modes.items() if own in aliases or name.startswith(own)]  # "mis_balance"
+        return held(found[0] if found else 0, functools.partial(self.__set__, renderer))
+
+    def __set__(self, renderer: Any, number: int) -> None:
+        renderer.use(getattr(renderer, self.modes)(number))
+
+
+class Value:
+    """A value of what a renderer renders, as its own; kernels read it, and it has ``[None]``, as in the course.
+
+    Attributes:
+        of: the attribute of the renderer that has the value under its ``name``.
+    """
+
+    of = "path_settings"
+
+    def __init__(self, name: str, meaning: str) -> None:
+        self.name, self.__doc__ = name, meaning
+
+    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
+        if renderer is None:
+            return self
+        return held(getattr(renderer, self.of)[self.name], functools.partial(self.assign, renderer))
+
+    def __set__(self, renderer: Any, value: Any) -> None:
+        getattr(renderer, self.of).set(**{self.name: value})
+
+    def assign(self, renderer: Any, value: Any) -> None:
+        """What an assignment to ``[None]`` does."""
+        self.__set__(renderer, value)
+
+
+class Weight(Value):
+    """A weight of ``mis_one_sample``; in ``[None]``, both add up to 1."""
+
+    of = "_one_sample"
+
+    def assign(self, renderer: Any, value: Any) -> None:
+        """Set the weight, and the other one to what is left of 1; choose the estimator that has weights."""
+        if not 0 <= value <= 1:
+            raise InputError(f"{self.name}[None] must be a number from 0 to 1, not {value!r}")
+        light = value if self.name == "mis_plight" else 1 - value
+        if abs(renderer.mis_plight - light) > SAME_WEIGHT:
+            renderer.set_weights(light, 1 - light)
+            if renderer.active.name == "mis":
+                renderer.use("mis_one_sample")
 
 
 @register
@@ -44,9 +108,8 @@ class A1Renderer(ProgressiveRenderer):
     value_names = ("max_distance",)
     r, g, b = (factor / ID_COLOR_UNIT for factor in ID_COLOR)
 
-    ShadeMode = modes.ShadeMode
-
-    shade_mode = modes.ModeProperty("ShadeMode")
+    ShadeMode = IntEnum("ShadeMode", "HIT TRIANGLE_ID DISTANCE BARYCENTRIC NORMAL MATERIAL_ID")
+    shade_mode = Mode("ShadeMode")
 
     @compile_time
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -163,10 +226,9 @@ class A2Renderer(ProgressiveRenderer):
 
     RAY_OFFSET = 1e-6  # of the course, for methods that read it; the package's own rays start as ``offset_origin`` says
 
-    SampleMode: type[modes.Mode] = modes.SampleMode
-
-    SamplingMode: type[modes.Mode] = SampleMode
-    sample_mode = modes.ModeProperty("SampleMode")
+    SampleMode = IntEnum("SampleMode", "UNIFORM BRDF MICROFACET")
+    SamplingMode: type[IntEnum] = SampleMode
+    sample_mode = Mode("SampleMode")
 
     def begin(self) -> None:
         """Start the picture again; warn if nothing in the scene emits light."""
@@ -223,62 +285,34 @@ class A3Renderer(A2Renderer):
     asked = "environment", "mis"
     value_names = tuple(usual_values(WEIGHTS))
 
-    SampleMode = modes.LampSampleMode
+    SampleMode = IntEnum("SampleMode", "UNIFORM BRDF LIGHT MIS")
+    SamplingMode: type[IntEnum] = SampleMode
 
-    SamplingMode: type[modes.Mode] = SampleMode
-
-    @property
-    def mis_plight(self) -> float:
+    mis_plight = Weight(
+        "mis_plight",
         """The weight with which ``mis_one_sample`` samples the lights (A3-4).
 
         In ``mis_plight[None]``, the two weights add up to 1, as in the course: an assignment changes both. If the
         renderer uses "mis", which has no weights, it then uses "mis_one_sample".
-        """
-        return self._weight(0)
-
-    @mis_plight.setter
-    def mis_plight(self, weight: float) -> None:
-        self.set_weights(mis_plight=weight)
-
-    @property
-    def mis_pbrdf(self) -> float:
-        """The weight with which ``mis_one_sample`` samples the BRDF (A3-4), as ``mis_plight``."""
-        return self._weight(1)
-
-    @mis_pbrdf.setter
-    def mis_pbrdf(self, weight: float) -> None:
-        self.set_weights(mis_pbrdf=weight)
+        """,
+    )
+    mis_pbrdf = Weight("mis_pbrdf", "The weight with which ``mis_one_sample`` samples the BRDF, as ``mis_plight``.")
 
     def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> "Self":
         """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
-        self._one_sample().set_weights(mis_plight, mis_pbrdf)
+        self._one_sample.set(mis_plight, mis_pbrdf)
         return self
-
-    def _weight(self, which: int) -> Any:
-        if inside_kernel():
-            return HeldExpr(self._one_sample().weight_in_kernels(which))
-        return held(float(self._one_sample().weights[which]), functools.partial(self._assign_weight, which))
-
-    def _assign_weight(self, which: int, weight: float) -> None:
-        """Set one weight, and the other one to what is left of 1; choose the estimator that has weights."""
-        if not 0 <= weight <= 1:
-            raise InputError(f"{('mis_plight', 'mis_pbrdf')[which]}[None] must be a number from 0 to 1, not {weight!r}")
-        light = weight if which == 0 else 1 - weight
-        if abs(self._one_sample().weights[0] - light) > SAME_WEIGHT:
-            self.set_weights(light, 1 - light)
-            if self.active.name == "mis":
-                self.use("mis_one_sample")
 
     def begin(self) -> None:
         """Start the picture again; replaced methods may read the weights themselves."""
         super().begin()
         if self.replaced:
-            self._one_sample().prepare(self.scene_data, self.camera)
+            self._one_sample.prepare(self.scene_data, self.camera)
 
+    @property
     def _one_sample(self) -> Any:
         """This renderer's copy of the integrator."""
-        name = "mis_one_sample"
-        return self._integrators.setdefault(name, copy.copy(PARTS.find("integrator", name)))
+        return self._own(PARTS.find("integrator", "mis_one_sample"))
 
     def set_sample_mis_one_sample(self) -> "Self":
         """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
@@ -297,9 +331,8 @@ class A4Renderer(ProgressiveRenderer):
     asked = "implicit", "explicit"
     value_names = tuple(DEFAULTS)
 
-    ShadingMode = modes.ShadingMode
-
-    shading_mode = modes.ModeProperty("ShadingMode")
+    ShadingMode = IntEnum("ShadingMode", "IMPLICIT EXPLICIT")
+    shading_mode = Mode("ShadingMode")
 
     @functools.cached_property
     def path_settings(self) -> PathSettings:
@@ -317,57 +350,22 @@ class A4Renderer(ProgressiveRenderer):
         """One line per effect and per form; then how many bounces are simulated, and whether roulette ends paths."""
         return [*super().receipt(), *self.path_settings.receipt()]
 
-    @property
-    def max_bounces(self) -> int:
-        """How many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2)."""
-        return self._path_setting("max_bounces")
-
-    @max_bounces.setter
-    def max_bounces(self, value: int) -> None:
-        self.path_settings.set(max_bounces=value)
-
-    @property
-    def rr_start_bounce(self) -> int:
-        """After so many bounces, Russian roulette may end a path (A4-2)."""
-        return self._path_setting("rr_start_bounce")
-
-    @rr_start_bounce.setter
-    def rr_start_bounce(self, value: int) -> None:
-        self.path_settings.set(rr_start_bounce=value)
-
-    @property
-    def rr_termination_probability(self) -> float:
-        """The probability with which roulette ends a path after each further bounce (A4-2)."""
-        return self._path_setting("rr_termination_probability")
-
-    @rr_termination_probability.setter
-    def rr_termination_probability(self, value: float) -> None:
-        self.path_settings.set(rr_termination_probability=value)
-
+    max_bounces = Value(
+        "max_bounces", "How many surfaces may reflect, 0 to 64: 0 is emitted light, 1 adds direct (A4-2)."
+    )
+    rr_start_bounce = Value("rr_start_bounce", "After so many bounces, Russian roulette may end a path (A4-2).")
+    rr_termination_probability = Value(
+        "rr_termination_probability", "With it, roulette ends a path after each further bounce (A4-2)."
+    )
     rr_termination_probabilty = rr_termination_probability  # the course's spelling
-
-    def _path_setting(self, name: str) -> Any:
-        if inside_kernel():
-            return HeldExpr(self.path_settings.in_kernels(name))
-        return held(self.path_settings[name], functools.partial(setattr, self, name))
-
-    @property
-    def roulette(self) -> str:
-        """How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come."""
-        return self.path_settings["roulette"]
-
-    @roulette.setter
-    def roulette(self, value: str) -> None:
-        self.path_settings.set(roulette=value)
-
-    @property
-    def bounces(self) -> Bounces | None:
-        """(first, last): only light after so many bounces counts; a last of None is no end; None counts all (A4-5)."""
-        return self.path_settings["bounces"]
-
-    @bounces.setter
-    def bounces(self, value: Bounces | None) -> None:
-        self.path_settings.set(bounces=value)
+    roulette = Value(
+        "roulette",
+        'How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come.',
+    )
+    bounces = Value(
+        "bounces",
+        "(first, last): only light after so many bounces counts; a last of None is no end; None counts all (A4-5).",
+    )
 
     def pictures_by_bounce(
         self, spp: int = 1, bounces: Sequence[int | Bounces] | None = None

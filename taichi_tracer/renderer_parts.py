@@ -174,7 +174,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         Args:
             integrator: its name, or the integrator itself.
         """
-        chosen: Any = getattr(integrator, "integrator", integrator)  # the name of the integrator of a ``Mode``
+        chosen: Any = integrator.name.lower() if isinstance(integrator, Enum) else integrator
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:

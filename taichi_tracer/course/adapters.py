@@ -39,7 +39,7 @@ CLASSES: dict[str, Any] = {name: getattr(tt, name) for name in (*HANDOUT, "A2Ren
 WRITTEN = {"shade_ray", *(method for methods in HANDOUT.values() for method in methods)}
 OF_BRDF = ("material", "w_o", "w_i", "normal")  # the parameters of the handout, in their order
 BIND = tt.RayIntersector.bind  # kept, because ``course.use`` assigns another
-MODES_OF_A2 = {mode.integrator for mode in tt.A2Renderer.SampleMode}
+MODES_OF_A2 = {mode.name.lower() for mode in tt.A2Renderer.SampleMode}
 NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
 
 
@@ -257,7 +257,7 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
         if second is not None and self.scene_data.lamps.count == 0:
             vars(self)["_without_lamps"] = shading_object(self, second, classes)
         if hasattr(self, "_one_sample"):
-            self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read
+            self._one_sample.prepare(self.scene_data, self.camera)  # the weights, which kernels read
 
     @compile_time
     def shade_ray(self: Any, ray: Any) -> Any:

@@ -3,6 +3,7 @@
 ``EnvISRenderer`` shows where samples of an environment fall, as counts in a picture of it (A3-6).
 """
 
+from enum import IntEnum
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +13,6 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.environment import Environment
-from taichi_tracer.integrators.modes import Mode
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
@@ -173,11 +173,7 @@ class EnvISRenderer:
         samples: how many there are in all.
     """
 
-    class SampleMode(Mode):
-        """How points of the image are drawn: all with one density, or in proportion to their light."""
-
-        UNIFORM = 1, "uniform"
-        ENVMAP = 2, "envmap"
+    SampleMode = IntEnum("SampleMode", "UNIFORM ENVMAP")  # one density, or in proportion to the light
 
     def __init__(self, width: int, height: int, scene_data: SceneData) -> None:
         if scene_data.environment is None:

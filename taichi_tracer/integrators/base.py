@@ -58,21 +58,7 @@ class NameControl:
     names: Sequence[str]
 
 
-@dataclass(frozen=True)
-class BouncesControl:
-    """The light of which bounces is shown: of all (None), or of some, (first, last); see ``PathSettings.bounces``.
-
-    Attributes:
-        name: of the value, for ``Integrator.change``.
-        most: the largest number of bounces.
-    """
-
-    name: str
-    value: tuple[int, int | None] | None
-    most: int
-
-
-Control = Slider | NameControl | BouncesControl
+Control = Slider | NameControl
 
 
 @ti.data_oriented

@@ -12,6 +12,7 @@ import taichi.math as tm
 from taichi_tracer.integrators.base import Control, LiveNumbers, Slider
 from taichi_tracer.integrators.direct_light import DirectLight, light_along, sample_of_lights
 from taichi_tracer.settings import WEIGHTS, usual_values
+from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register
 
@@ -42,12 +43,13 @@ class OneSampleMis(DirectLight):
         """The probability of a sample of the lights."""
         return self.weights[0] / (self.weights[0] + self.weights[1])
 
-    def weight_in_kernels(self, which: int) -> Any:
-        """``weights[which]``, scaled, in a kernel."""
-        p_light = self.numbers.get(0)
-        return p_light if which == 0 else 1 - p_light
+    def __getitem__(self, name: str) -> Any:
+        if not inside_kernel():
+            return float(self.weights[NAMES.index(name)])
+        p_light = self.numbers.get(0)  # the weights in kernels are scaled
+        return p_light if name == "mis_plight" else 1 - p_light
 
-    def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> None:
+    def set(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> None:
         """Change one of the ``weights``, or both; None leaves a weight as it is.
 
         Raises:
@@ -66,10 +68,10 @@ class OneSampleMis(DirectLight):
         return tuple(Slider(name, weight, 0.0, 1.0) for name, weight in zip(NAMES, self.weights, strict=True))
 
     def change(self, name: str, value: Any) -> None:
-        """Change ``mis_plight`` or ``mis_pbrdf``; see ``set_weights``."""
+        """Change ``mis_plight`` or ``mis_pbrdf``; see ``set``."""
         if name not in NAMES:
             super().change(name, value)
-        self.set_weights(**{name: value})
+        self.set(**{name: value})
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""

@@ -5,8 +5,9 @@ from typing import Any
 
 import taichi as ti
 
-from taichi_tracer.integrators.base import BouncesControl, Control, LiveNumbers, NameControl, Slider
+from taichi_tracer.integrators.base import Control, LiveNumbers, NameControl, Slider
 from taichi_tracer.settings import PATHS, name_of_bounces, usual_values
+from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
 
 MOST_BOUNCES = 64  # A4-2
@@ -78,19 +79,18 @@ class PathSettings:
         return [f"{'path length':<15} at most {of['max_bounces']} bounces", f"{'roulette':<15} {roulette}"]
 
     def __getitem__(self, name: str) -> Any:
-        return self._values[name]
-
-    def in_kernels(self, name: str) -> Any:
-        """A number, in a kernel; whole numbers are of i32."""
-        value = self._numbers.get(list(DEFAULTS).index(name))
-        return ti.cast(value, ti.i32) if isinstance(DEFAULTS[name], int) else value
+        if not inside_kernel():
+            return self._values[name]
+        number = self._numbers.get(list(DEFAULTS).index(name))
+        return ti.cast(number, ti.i32) if isinstance(DEFAULTS[name], int) else number
 
     def controls(self) -> tuple[Control, ...]:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
         of = self._values
         found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES)]
         if of["max_bounces"] > 0 or of["bounces"] is not None:
-            found += [BouncesControl("bounces", of["bounces"], of["max_bounces"])]
+            shown = "all" if of["bounces"] is None else str(of["bounces"][0])
+            found += [NameControl("bounces", shown, ["all", *map(str, range(of["max_bounces"] + 1))])]
         if of["max_bounces"] > 0:
             found += [NameControl("roulette", of["roulette"], ROULETTES)]
             q, is_by_throughput = of["rr_termination_probability"], of["roulette"] == "throughput"

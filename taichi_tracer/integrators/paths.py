@@ -11,6 +11,7 @@ sample of the lights at every surface; a light that a ray hits then counts only 
 does both, and weights them by a heuristic of both densities. All three have the same mean.
 """
 
+from functools import cached_property
 from typing import Any
 
 import taichi as ti
@@ -29,34 +30,34 @@ class Paths(Integrator):
     Attributes:
         samples_lights: whether every surface takes a sample of the lights.
         exponent: β of the heuristic with which this sample is weighted; 0 counts it fully.
-        settings: how long paths are; see ``PathSettings``.
     """
 
     what, exponent = "path", 0
-    settings: PathSettings | None = None
+
+    @cached_property
+    def settings(self) -> PathSettings:
+        """How long paths are. A renderer may give them its own."""
+        return PathSettings()
 
     def prepare(self, scene, camera) -> None:
-        """Give kernels the ``settings``; those of the renderer, if it has some."""
-        self.settings = self.settings or PathSettings()
+        """Give kernels the ``settings``."""
         self.settings.prepare()
 
     @property
     def version(self) -> int:  # type: ignore[override]
         """Counts the changes of ``settings``."""
-        return 0 if self.settings is None else self.settings.version
+        return self.settings.version
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
-        return {} if self.settings is None else self.settings.facts()
+        return self.settings.facts()
 
     def controls(self) -> tuple[Control, ...]:
         """Those of ``settings``."""
-        return () if self.settings is None else self.settings.controls()
+        return self.settings.controls()
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``settings``, see ``PathSettings.set``."""
-        if self.settings is None:
-            self.settings = PathSettings()
         self.settings.set(**{name: value})
 
     @ti.func

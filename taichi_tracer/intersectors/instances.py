@@ -284,15 +284,17 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
         ordered = [boxes[rows[order]] for rows, _, _, order, _ in of_objects]
         places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
         box, links, order, depth = nodes_of(boxes)
-        order, self.first_nodes, deepest = places[order], [], 0
         depth += int(links[:, 1].max())  # the places of a leaf wait together
+        found, depths = [(box, links, places[order])], []
+        self.first_nodes, first, node = [], len(order), len(box)
         for rows, own_box, own_links, own_order, own_depth in of_objects:
-            is_leaf = own_links[:, 1] > 0
-            self.first_nodes.append(len(box))
-            own_links[:, 0] += np.where(is_leaf, len(order), len(box)).astype(np.int32)
-            box, links = np.concatenate([box, own_box]), np.concatenate([links, own_links])
-            order, deepest = np.concatenate([order, ids[rows[own_order]]]), max(deepest, own_depth)
-        return box, links, order.astype(np.int32), depth + deepest
+            self.first_nodes.append(node)
+            own_links[:, 0] += np.where(own_links[:, 1] > 0, first, node).astype(np.int32)
+            found.append((own_box, own_links, ids[rows[own_order]]))
+            depths.append(own_depth)
+            node, first = node + len(own_box), first + len(own_order)
+        box, links, order = (np.concatenate(some) for some in zip(*found, strict=True))
+        return box, links, order.astype(np.int32), depth + max(depths)
 
     def destroy(self) -> None:
         """Free the trees' memory."""
@@ -354,9 +356,9 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
 
 def rows_of_objects(geometry: Geometry, ids: np.ndarray) -> list[np.ndarray]:
     """For each object, which of the primitives with these numbers are its own."""
-    begins = geometry.mesh.placed.primitives
-    owner = np.searchsorted(begins, ids, "right") - 1
-    return [np.flatnonzero(owner == k) for k in range(len(begins) - 1)]
+    owner = np.searchsorted(geometry.mesh.placed.primitives, ids, "right") - 1
+    rows = np.argsort(owner, kind="stable")
+    return np.split(rows, np.searchsorted(owner[rows], np.arange(1, len(geometry.mesh.placed.primitives) - 1)))
 
 
 def boxes_of_places(placed: Placed, boxes: list[np.ndarray], dtype: type[np.floating]) -> tuple[np.ndarray, np.ndarray]:

@@ -73,11 +73,15 @@ class HeldExpr(Expr, SharedArray):
 
 
 def held(value: Any, assign: Callable[[Any], None]) -> Any:
-    """A number or a vector of an object that can be read and assigned to with ``[None]``.
+    """A number or a vector of an object that can be read and assigned to with ``[None]``; any other value as it is.
 
     Args:
-        assign: takes the new value.
+        value: in a kernel, an expression. assign: takes the new value.
     """
+    if isinstance(value, Expr):
+        return HeldExpr(value)
+    if not isinstance(value, int | float | np.ndarray):
+        return value
     if isinstance(value, np.ndarray):
         made: Any = np.array(value).view(HeldArray)
     else:

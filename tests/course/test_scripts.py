@@ -49,7 +49,7 @@ def test_kernels_read_live_values(f32):
     image[1, 3] = 5
     scene = tt.load_scene_data("cube", environment=image)
     a3, a4 = (kind(width=4, height=4, scene_data=scene) for kind in (A3Renderer, A4Renderer))
-    a3._one_sample().prepare(scene, a3.camera)
+    a3._one_sample.prepare(scene, a3.camera)
     for light, bounces, q, intensity in ((0.5, 5, 0.0, 1.0), (0.25, 2, 0.5, 2.0)):
         a3.mis_plight[None], a4.max_bounces[None], a4.rr_termination_probabilty[None] = light, bounces, q
         scene.environment.intensity[None] = intensity

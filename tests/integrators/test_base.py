@@ -91,6 +91,6 @@ def test_a_copy_gives_kernels_values_of_its_own():
     """Two pictures are compared: the weights of one do not change the other."""
     renderer = tt.A3Renderer(tt.load_scene_data("cube", environment="studio"), 8, 8).use("mis_one_sample")
     before = np.asarray(renderer.render(4).image()).copy()
-    copy.copy(renderer.active).set_weights(mis_plight=0.0)
+    copy.copy(renderer.active).set(mis_plight=0.0)
     renderer.reset()
     np.testing.assert_array_equal(renderer.render(4).image(), before)

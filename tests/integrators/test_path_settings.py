@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.integrators.base import BouncesControl
+from taichi_tracer.integrators.base import NameControl
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms, in_words
 from taichi_tracer.settings import name_of_bounces
 
@@ -72,7 +72,7 @@ def test_controls_are_those_that_have_an_effect(settings):
     assert names(roulette="throughput") == [*usual[:3], "rr_start_bounce"]
     assert names(max_bounces=0) == ["max_bounces"]
     assert names(bounces=(0, 0)) == ["max_bounces", "bounces"]
-    assert settings.controls()[1] == BouncesControl("bounces", (0, 0), 0)
+    assert settings.controls()[1] == NameControl("bounces", "0", ["all", "0"])
 
 
 def test_a_path_goes_on_with_the_probability_of_the_roulette(settings):

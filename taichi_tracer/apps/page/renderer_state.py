@@ -16,7 +16,7 @@ from taichi_tracer.apps.pictures import OF_LIGHT, environment_name, renderers, s
 from taichi_tracer.environment import load_environment
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.disk import shipped_environments
-from taichi_tracer.integrators.base import BouncesControl, Integrator, NameControl
+from taichi_tracer.integrators.base import Integrator, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
@@ -229,10 +229,7 @@ class RendererState:
         if renderer.active.name == "distance" and (white := renderer.values().get("max_distance")) is not None:
             found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
         for control in renderer.controls():
-            if isinstance(control, BouncesControl):
-                value = "all" if control.value is None else str(control.value[0])
-                found.append(as_names("estimator", "bounces", value, ["all", *map(str, range(control.most + 1))]))
-            elif isinstance(control, NameControl):
+            if isinstance(control, NameControl):
                 found.append(as_names("estimator", control.name, control.value, list(control.names)))
             else:
                 is_whole = isinstance(control.low, int) and isinstance(control.high, int)
