@@ -12,7 +12,7 @@ from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.memory import Memory, varying
+from taichi_tracer.system.memory import filled, varying
 
 COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
@@ -265,6 +265,7 @@ class Geometry:
         primitives: (P,) int, the id of a triangle, or −1 − the id of a sphere; only if the scene has spheres.
         low, high: corners of the bounding box, numpy float64 (3,).
         mesh: the same primitives as numpy arrays, for the builders of hierarchies.
+        memories: of the fields.
 
     Args:
         mesh: a mesh that ``clean`` returned.
@@ -273,9 +274,7 @@ class Geometry:
             A corner that has none in the file gets the normal of its triangle's plane.
     """
 
-    scene: Any = None  # what owns the fields, where ``load_geometry`` has made them
-
-    def __init__(self, mesh: Mesh, effects: Any, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
+    def __init__(self, mesh: Mesh, effects: Any, completes_normals: bool = False) -> None:
         self.n_triangles, self.n_spheres = varying(len(mesh.faces)), varying(len(mesh.spheres))
         self.n_primitives = varying(mesh.num_primitives)
         self.mesh, self.effects = mesh, effects
@@ -283,32 +282,32 @@ class Geometry:
         self.corners = varying((tuple(self.low.tolist()), tuple(self.high.tolist())))  # the same, for kernels
         self.n_vertex_normals = len(mesh.normals)
         self.has_normals = effects.interpolated_normals or completes_normals
-        self.completes_normals = completes_normals
-
-        self.vertices = ti.Vector.field(3, float)
-        self.triangle_vertex_ids = ti.Vector.field(3, ti.i32)
-        self.triangle_material_ids = ti.field(ti.i32)
-        # The normal and the thinness are kept per triangle, because every point that is shaded needs them.
-        self.unit_normals, self.thinness = ti.Vector.field(3, float), ti.field(float)
-        fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
-        per_face = fields.dense(ti.i, max(1, self.n_triangles))
-        per_face.place(self.triangle_vertex_ids, self.triangle_material_ids, self.unit_normals, self.thinness)
-        if self.has_normals:
-            self.normals = ti.Vector.field(3, float)
-            self.triangle_normal_ids = ti.Vector.field(3, ti.i32)
-            added = self.n_triangles if completes_normals else 0
-            fields.dense(ti.i, max(1, self.n_vertex_normals) + added).place(self.normals)
-            per_face.place(self.triangle_normal_ids)
-        if effects.spheres:
-            self.spheres = ti.Vector.field(4, float)
-            self.sphere_material_ids, self.primitives = ti.field(ti.i32), ti.field(ti.i32)
-            fields.dense(ti.i, max(1, self.n_spheres)).place(self.spheres, self.sphere_material_ids)
-            fields.dense(ti.i, max(1, self.n_primitives)).place(self.primitives)
         self.textures: Any = None  # those of the scene, which has made them of the same mesh
         self.places: Any = None  # the same, see ``intersectors.places``; only if objects stand in several places
+
+        # The normal and the thinness are kept per triangle, because every point that is shaded needs them.
+        corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
+        normals_of_planes = unit_normals(*corners)
+        of_triangles = mesh.faces, np.asarray(mesh.face_materials), normals_of_planes, thinness_of(*corners)
+        memory, (self.vertices, *fields) = filled(mesh.vertices, *of_triangles)
+        self.triangle_vertex_ids, self.triangle_material_ids, self.unit_normals, self.thinness = fields
+        self.memories = [memory]
+        if self.has_normals:
+            normals, ids = mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3)), mesh.face_normals
+            if len(ids) == 0:
+                ids = np.full(mesh.faces.shape, -1, np.int32)
+            if completes_normals:  # behind those of the file, the normals of the planes
+                ids = np.where(ids < 0, len(normals) + np.arange(self.n_triangles, dtype=np.int32)[:, None], ids)
+                normals = np.concatenate([normals, normals_of_planes])
+            memory, (self.normals, self.triangle_normal_ids) = filled(normals, ids)
+            self.memories.append(memory)
+        if effects.spheres:
+            memory, fields = filled(mesh.spheres, mesh.sphere_materials, mesh.primitives())
+            self.spheres, self.sphere_material_ids, self.primitives = fields
+            self.memories.append(memory)
         if effects.culling:
-            self.culls = ti.field(ti.i32)
-            per_face.place(self.culls)
+            memory, (self.culls,) = filled(np.asarray(mesh.face_culls, np.int32))
+            self.memories.append(memory)
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         placed = self.mesh.placed
@@ -337,37 +336,6 @@ class Geometry:
             ids = np.concatenate([ids, self.mesh.sphere_ids[self.mesh.spheres[:, 3] > 0]]).astype(np.int32)
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
-
-    def load(self, memory: Memory) -> None:
-        """Copy the arrays into the fields; call it after the fields were allocated.
-
-        Args:
-            memory: of the fields.
-        """
-        mesh = self.mesh
-        if self.n_triangles > 0:
-            memory.write(self.vertices, mesh.vertices)
-            memory.write(self.triangle_vertex_ids, mesh.faces)
-            memory.write(self.triangle_material_ids, np.asarray(mesh.face_materials))
-            corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
-            normals_of_planes = unit_normals(*corners)
-            memory.write(self.unit_normals, normals_of_planes)
-            memory.write(self.thinness, thinness_of(*corners))
-        if self.has_normals and self.n_triangles > 0:
-            normals, ids = mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3)), mesh.face_normals
-            if len(ids) == 0:
-                ids = np.full((self.n_triangles, 3), -1, np.int32)
-            if self.completes_normals:  # behind those of the file, the normals of the planes
-                ids = np.where(ids < 0, len(normals) + np.arange(self.n_triangles, dtype=np.int32)[:, None], ids)
-                normals = np.concatenate([normals, normals_of_planes])
-            memory.write(self.normals, normals)
-            memory.write(self.triangle_normal_ids, ids)
-        if self.effects.spheres:
-            memory.write(self.spheres, mesh.spheres)
-            memory.write(self.sphere_material_ids, mesh.sphere_materials)
-            memory.write(self.primitives, mesh.primitives())
-        if self.effects.culling and mesh.face_culls is not None:
-            memory.write(self.culls, mesh.face_culls.astype(np.int32))
 
     @ti.func
     def triangle(self, triangle_id):

@@ -6,6 +6,7 @@ of the picture, which is one unit wide and high. Between the centres of texels, 
 """
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +20,11 @@ from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.errors import InputError, one_of, printable
-from taichi_tracer.system.memory import Memory
+from taichi_tracer.system.memory import filled
 from taichi_tracer.system.parts import PARTS, Spelled, replaced
 
 if TYPE_CHECKING:
-    from taichi_tracer.geometry import Mesh
+    from taichi_tracer.geometry import Geometry, Mesh
 
 # ── materials ──
 
@@ -184,7 +185,6 @@ class MaterialLibrary:
     Args:
         materials: in the order of their ids.
         brdfs: the BRDFs that the scene knows. A material gets the last one of them that describes it.
-        fields: the builder in which the fields of the library are placed.
 
     Attributes:
         brdf_of: for estimators that read Ns, and for ``microfacet``: the index in ``brdfs`` of each material's BRDF.
@@ -193,10 +193,9 @@ class MaterialLibrary:
             ``brdfs``.
     """
 
-    scene: Any = None  # what owns the fields, where ``load_materials`` has made them
     intersector: Any = None  # of the scene, which says what material was hit
 
-    def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
+    def __init__(self, materials: list[Material], brdfs: Sequence) -> None:
         self.materials, self.brdfs = Materials(materials), list(brdfs)
         self.materials.library = self
         self.members = dict(BUILT_IN)
@@ -204,10 +203,8 @@ class MaterialLibrary:
             self.members |= brdf.parameters
         self._struct = ti.types.struct(**{n: tm.vec3 if np.size(d) == 3 else real for n, d in self.members.items()})
         self.brdf_of = [[self._brdf_of(m, microfacets) for m in self.materials] for microfacets in (False, True)]
-        self.table, self.brdf_ids = ti.field(float), ti.field(ti.i32)
-        rows = max(1, len(self.materials))
-        fields.dense(ti.ij, (rows, 2)).place(self.brdf_ids)
-        fields.dense(ti.ij, (rows, self.as_table([Material()]).shape[1])).place(self.table)
+        table = self.as_table(self.materials or [Material()])
+        self.memory, (self.table, self.brdf_ids) = filled(table, np.array(self.brdf_of, np.int32).T, indices=2)
 
     @property
     def has_both_models(self) -> bool:
@@ -233,12 +230,6 @@ class MaterialLibrary:
             for m in materials
         ]
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
-
-    def load(self, memory: Memory) -> None:
-        """Copy the numbers into the fields, after the fields of ``memory`` were allocated."""
-        if len(self.materials) > 0:
-            memory.write(self.table, self.as_table(self.materials))
-            memory.write(self.brdf_ids, np.array(self.brdf_of, np.int32).T)
 
     @compile_time
     def get(self, material_id):
@@ -307,76 +298,48 @@ class Textures:
 
     Args:
         mesh: with ``corner_uv``; its materials have the textures.
-        fields: the builder in which the fields are placed.
+        geometry: of the same mesh.
 
     Attributes:
         texels: the colours of all textures, one row after the other, the top row first.
-        places: (4M, 5) for each of ``TEXTURES`` of each material: the first of its texels (−1: there is none), the
+        places: (4M,) vec5, for each of ``TEXTURES`` of each material: the first of its texels (−1: there is none), the
             width and the height, and the places of both wraps in ``WRAPS``.
+        kinds: those of ``TEXTURES`` that a material has.
         metalness, bases: (M,) see ``METALLIC`` and ``BASE``.
         coordinates: (3T,) the texture coordinates of the three corners of each triangle. Those of a sphere are its
             longitude and latitude.
         colors: (3T,) the colours of the same corners.
-        instances, primitives: the ``Places`` and the ``primitives`` of the geometry, if the scene has them.
+        memories: of the fields.
     """
 
-    def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
-        self._mesh = mesh
-        self.has_instances, self.has_spheres = mesh.placed is not None, len(mesh.spheres) > 0
-        self.instances: Any = None
-        self.primitives: Any = None
-        self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
-        used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
-        self.has_layers = self.has_pictures and any(material.map_layer is not None for material in mesh.materials)
-        self.has_gloss = self.has_pictures and any(material.map_Ks is not None for material in mesh.materials)
-        sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
-        self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
-        self.metalness = ti.Vector.field(3, float)
-        per_material = fields.dense(ti.i, len(mesh.materials))
-        per_material.place(self.metalness)
+    def __init__(self, mesh: "Mesh", geometry: "Geometry") -> None:
+        materials, dtype = mesh.materials, runtime.dtype()
+        self.geometry, self.has_pictures, self.has_colors = geometry, mesh.has_pictures, mesh.corner_color is not None
+        self.kinds = {
+            name for m in materials for name in TEXTURES if self.has_pictures and getattr(m, name) is not None
+        }
+        values = (np.array([m.value(name, (0.0, 0.0, 0.0)) for m in materials]) for name in (METALLIC, BASE))
+        memory, (self.metalness, self.bases) = filled(*values)
+        self.memories = [memory]
         if self.has_pictures:
-            self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
-            self.places = ti.field(ti.i32)
-            fields.dense(ti.i, sum(sizes)).place(self.texels)
-            fields.dense(ti.i, max(1, 3 * len(mesh.faces))).place(self.coordinates)
-            fields.dense(ti.ij, (KINDS * len(mesh.materials), 5)).place(self.places)
-        if self.has_layers:
-            self.bases = ti.Vector.field(3, float)
-            per_material.place(self.bases)
+            used = dict.fromkeys(texture for material in materials for texture in material.textures)
+            texels = [texture.pixels.reshape(-1, 3) for texture in used]
+            first = dict(zip(used, np.cumsum([0, *map(len, texels)]).tolist(), strict=False))
+            places = np.array([place_of(m, name, first) for m in materials for name in TEXTURES], np.int32)
+            coordinates = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv, dtype)), -FARTHEST, FARTHEST)
+            memory, fields = filled(np.concatenate(texels).astype(dtype), coordinates.reshape(-1, 2), places)
+            self.texels, self.coordinates, self.places = fields
+            self.memories.append(memory)
         if self.has_colors:
-            self.colors = ti.Vector.field(3, float)
-            fields.dense(ti.i, max(1, 3 * len(mesh.faces))).place(self.colors)
-
-    def load(self, memory: Memory) -> None:
-        """Copy the arrays into the fields, after the fields of ``memory`` were allocated."""
-        mesh, materials = self._mesh, self._mesh.materials
-        memory.write(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
-        if self.has_layers:
-            memory.write(self.bases, np.array([m.value(BASE, (0.0, 0.0, 0.0)) for m in materials]))
-        if self.has_pictures:
-            places = [self._place(m, name) for m in materials for name in TEXTURES]
-            memory.write(self.places, np.array(places, np.int32))
-            memory.write(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
-            coordinates = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
-            memory.write(self.coordinates, coordinates.reshape(-1, 2))
-        if self.has_colors:
-            memory.write(self.colors, np.asarray(mesh.corner_color).reshape(-1, 3))
-
-    def _place(self, material: Material, name: str) -> list[int]:
-        texture = getattr(material, name)
-        if texture is None or (name == HOLES and not material.has_holes):
-            return [-1, 1, 1, 0, 0]
-        height, width = texture.pixels.shape[:2]
-        return [self._first[texture], width, height, *map(WRAPS.index, texture.wrap)]
+            memory, (self.colors,) = filled(np.asarray(mesh.corner_color, dtype).reshape(-1, 3))
+            self.memories.append(memory)
 
     @ti.func
     def between(self, of_corners: ti.template(), hit, of_sphere):
         """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
-        number, value = hit.triangle_id, of_sphere
-        if ti.static(self.has_instances):
-            number = self.instances.number(hit.triangle_id)
-        if ti.static(self.has_spheres):
-            number = self.primitives[number]
+        number, value = self.geometry.number(hit.triangle_id), of_sphere
+        if ti.static(self.geometry.effects.spheres):
+            number = self.geometry.primitives[number]
         if number >= 0:
             value = weighted(of_corners, number, hit.barycentric_coords.x, hit.barycentric_coords.y)
         return value
@@ -395,16 +358,16 @@ class Textures:
     def of_kind(self, kind: ti.template(), hit):
         """The colour of one of ``TEXTURES`` at a hit; 1 where its material has none."""
         color, row = tm.vec3(1), KINDS * hit.material_id + kind
-        if self.places[row, 0] >= 0:
-            color = self.bilinear(row, self.coordinates_at(hit))
+        if self.places[row][0] >= 0:
+            color = self.bilinear(self.places[row], self.coordinates_at(hit))
         return color
 
     @ti.func
     def is_hole(self, material_id, triangle_id, u, v):
         """Whether rays pass through a point of a triangle."""
         found, row = False, KINDS * material_id + HOLE
-        if self.places[row, 0] >= 0:
-            found = self.bilinear(row, weighted(self.coordinates, triangle_id, u, v)).x < 0.5
+        if self.places[row][0] >= 0:
+            found = self.bilinear(self.places[row], weighted(self.coordinates, triangle_id, u, v)).x < 0.5
         return found
 
     @ti.func
@@ -416,25 +379,32 @@ class Textures:
         return uv
 
     @ti.func
-    def bilinear(self, row, uv):
-        """The weighted mean of the four texels around a point; ``row`` is that of the texture in ``places``."""
-        width, height = self.places[row, 1], self.places[row, 2]
-        x = inside(uv.x, self.places[row, 3]) * width - 0.5
-        y = (1 - inside(uv.y, self.places[row, 4])) * height - 0.5
+    def bilinear(self, place, uv):
+        """The weighted mean of the four texels around a point; ``place`` is the texture's of ``places``."""
+        width, height = place[1], place[2]
+        x = inside(uv.x, place[3]) * width - 0.5
+        y = (1 - inside(uv.y, place[4])) * height - 0.5
         i, j = ti.floor(x), ti.floor(y)
         total = tm.vec3(0)
         for di, dj in ti.static(ti.ndrange(2, 2)):
             weight = (1 - abs(x - (i + di))) * (1 - abs(y - (j + dj)))
-            total += weight * self.texel(row, ti.cast(i, ti.i32) + di, ti.cast(j, ti.i32) + dj)
+            total += weight * self.texel(place, ti.cast(i, ti.i32) + di, ti.cast(j, ti.i32) + dj)
         return total
 
     @ti.func
-    def texel(self, row, i, j):
+    def texel(self, place, i, j):
         """The texel in column i and line j, either of which may be one beyond the edge."""
-        width, height = self.places[row, 1], self.places[row, 2]
-        column = neighbour(i, width, self.places[row, 3])
-        line = neighbour(j, height, self.places[row, 4])
-        return self.texels[self.places[row, 0] + line * width + column]
+        column, line = neighbour(i, place[1], place[3]), neighbour(j, place[2], place[4])
+        return self.texels[place[0] + line * place[1] + column]
+
+
+def place_of(material: Material, name: str, first: dict[Texture, int]) -> list[int]:
+    """One of ``Textures.places``; ``first`` has the number of the first texel of each texture."""
+    texture = getattr(material, name)
+    if texture is None or (name == HOLES and not material.has_holes):
+        return [-1, 1, 1, 0, 0]
+    height, width = texture.pixels.shape[:2]
+    return [first[texture], width, height, *map(WRAPS.index, texture.wrap)]
 
 
 @ti.func
@@ -472,10 +442,10 @@ def textured(material, textures: ti.template(), hit):
     metalness = textures.metalness[hit.material_id]
     found.Kd *= color
     found.F0 *= 1 + metalness * (color - 1)
-    if ti.static(textures.has_gloss):
+    if ti.static("map_Ks" in textures.kinds):
         found.Ks *= textures.of_kind(GLOSS, hit)
-    if ti.static(textures.has_layers):
-        if textures.places[KINDS * hit.material_id + LAYER, 0] >= 0:
+    if ti.static("map_layer" in textures.kinds):
+        if textures.places[KINDS * hit.material_id + LAYER][0] >= 0:
             layer = textures.of_kind(LAYER, hit)  # factors: of the roughness in green, of the metalness in blue
             base = textures.bases[hit.material_id] * color
             metal = metalness.x * layer.z

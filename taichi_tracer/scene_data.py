@@ -91,22 +91,16 @@ class SceneData(KnownAttributes, RayQueries):
         self._background = load_background(given["background"])
 
         self._blockers = blockers_of(mesh, chosen, chosen_test)
-        self._memory = memory.Memory()
-        with self._memory as builder:
-            self.material_library = MaterialLibrary(mesh.materials, brdfs_of(given["brdfs"]), builder)
-            self.effects = derive(self, self._blockers)
-            self.geometry = Geometry(mesh, self.effects, builder, completes_normals=bool(replaced(chosen)))
-            self.textures = Textures(mesh, builder) if self.effects.textures else None
-            if mesh.placed is not None:
-                self.geometry.places = Places(mesh.placed, builder, self.effects.spheres)
-        self.material_library.load(self._memory)
+        self.material_library = MaterialLibrary(mesh.materials, brdfs_of(given["brdfs"]))
+        self.effects = derive(self, self._blockers)
+        self.geometry = Geometry(mesh, self.effects, completes_normals=bool(replaced(chosen)))
+        self._memories = [*self.geometry.memories, self.material_library.memory]
         if mesh.placed is not None:
-            self.geometry.places.load(self._memory)
-        if self.textures is not None:
-            self.geometry.textures, self.textures.instances = self.textures, self.geometry.places
-            self.textures.primitives = self.geometry.primitives if self.textures.has_spheres else None
-            self.textures.load(self._memory)
-        self.geometry.load(self._memory)
+            self.geometry.places = Places(mesh.placed, self.effects.spheres)
+            self._memories.append(self.geometry.places.memory)
+        if self.effects.textures:
+            self.geometry.textures = Textures(mesh, self.geometry)
+            self._memories += self.geometry.textures.memories
         with stage(BUILD, waits=True):
             self.ray_intersector = make_intersector(chosen, self.geometry, chosen_test)
         self.material_library.intersector = self.ray_intersector
@@ -215,12 +209,13 @@ class SceneData(KnownAttributes, RayQueries):
 
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the scene was made."""
-        self._memory.check("scene")
+        self._memories[0].check("scene")
 
     @one_at_a_time
     def destroy(self) -> None:
         """Free the scene's memory now; it cannot be used afterwards."""
-        self._memory.free()
+        for one in self._memories:
+            one.free()
         self.ray_intersector.destroy()
 
     def __repr__(self) -> str:

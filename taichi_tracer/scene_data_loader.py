@@ -269,16 +269,12 @@ def load_mesh(name_or_path: str | Path) -> Mesh:
 
 def load_geometry(name_or_path: str | Path | SceneName) -> Geometry:
     """The triangles of a scene, as ``load_scene_data`` reads them."""
-    scene = load_scene_data(name_or_path)
-    scene.geometry.scene = scene  # which frees the fields when nobody refers to it any more
-    return scene.geometry
+    return load_scene_data(name_or_path).geometry
 
 
 def load_materials(name_or_path: str | Path | SceneName) -> MaterialLibrary:
     """The materials of a scene, as ``load_scene_data`` reads them."""
-    scene = load_scene_data(name_or_path)
-    scene.material_library.scene = scene
-    return scene.material_library
+    return load_scene_data(name_or_path).material_library
 
 
 def own_view(path: Path) -> dict[str, Any] | None:

@@ -16,18 +16,9 @@ from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 
 SHIPPED = (Diffuse(), Phong(), Mirror(), Microfacet())
-
-
-def library_of(materials, brdfs=SHIPPED):
-    """A library that is ready for kernels, and the memory that holds it."""
-    owner = memory.Memory()
-    with owner as fields:
-        library = MaterialLibrary(materials, list(brdfs), fields)
-    library.load(owner)
-    return library, owner
 
 
 @ti.kernel
@@ -54,7 +45,7 @@ def test_every_value_arrives_under_its_own_name(precision, rng):
         )
         for i in range(3)
     ]
-    library, _owner = library_of(made)
+    library = MaterialLibrary(made, SHIPPED)
     for i, m in enumerate(made):
         out = np.zeros(20, runtime.dtype())
         _read(library, i, out)
@@ -79,7 +70,7 @@ def test_every_value_arrives_under_its_own_name(precision, rng):
 )
 def test_the_exponent_says_which(precision, ns, name):
     """C-4, and C-3: a lobe narrower than f32 is a mirror's. Exactly one of the shipped BRDFs describes it."""
-    library, _owner = library_of([Material(Ns=ns)])
+    library = MaterialLibrary([Material(Ns=ns)], SHIPPED)
     assert SHIPPED[library.brdf_of[0][0]].name == name
     assert library.brdf_ids[0, 0] == library.brdf_of[0][0]
     assert sum(brdf.describes(Material(Ns=ns), runtime.dtype()) for brdf in SHIPPED) == 1
@@ -109,7 +100,7 @@ def test_parameters_of_a_brdf_come_from_the_file_or_are_its_defaults(precision):
         Material(Ns=8, extra={"sheen": (0.5,), "tint": (2.0,)}),
         Material(Ns=7),
     ]
-    library, _owner = library_of(materials, [*SHIPPED, Velvet()])
+    library = MaterialLibrary(materials, [*SHIPPED, Velvet()])
     expected = [[0.75, 0.125, 0.25, 0.5, 9], [0.5, 2, 2, 2, 8], [0.25, 1, 0.5, 0, 7]]
     for i, row in enumerate(expected):
         out = np.zeros(5, runtime.dtype())

@@ -20,7 +20,7 @@ from taichi_tracer.contracts.statistics import (
     uniform_pairs,
 )
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 
 SAMPLES = 50_000
 NORMALS = np.array([[0, 0, 1], [0, 0, -1], [0.6, -0.48, 0.64]])
@@ -55,10 +55,7 @@ class Bench:
 
     def __init__(self, brdf, materials=None):
         self.brdf, self.materials = brdf, described_materials(brdf) if materials is None else materials
-        self._memory = memory.Memory()
-        self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
-        self._memory.allocate()
-        self.library.load(self._memory)
+        self.library = MaterialLibrary(self.materials, [brdf])
         # which, w_o, n, (N, 2) ξ → (N, 3) directions; which, w_o, n, w_i → f_r (N, 3), pdf (N,), weight (N, 3)
         self.sample = Rows(bound(sampled, brdf, self.library), [WHOLE, 3, 3, 2], [3])
         self.values = Rows(bound(values, brdf, self.library), [WHOLE, 3, 3, 3], [3, 1, 3])

@@ -66,8 +66,7 @@ class CourseGeometry(OfPackage):
         super().__init__(geometry)
         count = max(1, int(geometry.n_triangles))
         ids = geometry.triangle_vertex_ids.to_numpy()[:count]
-        has_normals = hasattr(geometry, "triangle_normal_ids")
-        normal_ids = geometry.triangle_normal_ids.to_numpy()[:count] if has_normals else np.full_like(ids, -1)
+        normal_ids = geometry.triangle_normal_ids.to_numpy()[:count] if geometry.has_normals else np.full_like(ids, -1)
         self._memory, fields = filled(ids + 1, normal_ids + 1)
         self.triangle_vertex_ids, self.triangle_normal_ids = fields
 

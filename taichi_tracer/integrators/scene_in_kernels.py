@@ -42,7 +42,7 @@ class SceneInKernels:
         self.effects, self.compensates, self.microfacets = effects, compensates, microfacets
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.search = scene.ray_intersector
-        self.material_library, self.textures = scene.material_library, scene.textures
+        self.material_library, self.textures = scene.material_library, scene.geometry.textures
         self.environment, self.background = scene.environment, scene.background
         far: list[Light] = []
         if scene.environment is not None and effects.environment in ("constant", "image"):

@@ -40,8 +40,7 @@ class Places:
         facing: (n,) −1 if the transform mirrors the object, else 1.
     """
 
-    def __init__(self, placed: Placed, fields: ti.FieldsBuilder, has_spheres: bool) -> None:
-        self._placed = placed
+    def __init__(self, placed: Placed, has_spheres: bool) -> None:
         self.count = varying(len(placed.object_of))
         wide = ti.f64 if runtime.has_f64() else ti.f32
         self.matrices = ti.Vector.field(4, wide)
@@ -49,22 +48,18 @@ class Places:
         self.inverses = ti.Vector.field(4, wide if has_spheres else float)
         self.starts, self.shifts, self.objects = ti.field(ti.i32), ti.field(ti.i32), ti.field(ti.i32)
         self.facing = ti.field(float)
-        place = fields.dense(ti.i, self.count)
+        self.memory = Memory()
+        place = self.memory.fields.dense(ti.i, self.count)
         place.place(self.starts, self.shifts, self.objects, self.facing)
         place.dense(ti.j, 3).place(self.matrices)
         place.dense(ti.j, 3).place(self.inverses)
-
-    def load(self, memory: Memory) -> None:
-        """Copy the arrays into the fields, after the fields of ``memory`` were allocated."""
-        placed, dtype = self._placed, runtime.dtype()
-        wide = np.float64 if runtime.has_f64() else np.float32
-        starts = placed.starts[:-1]
-        memory.write(self.matrices, placed.matrices.astype(wide))
-        memory.write(self.inverses, placed.inverses().astype(wide if self.inverses.dtype == ti.f64 else dtype))
-        memory.write(self.starts, starts.astype(np.int32))
-        memory.write(self.shifts, (placed.primitives[placed.object_of] - starts).astype(np.int32))
-        memory.write(self.objects, placed.object_of.astype(np.int32))
-        memory.write(self.facing, np.where(np.linalg.det(placed.matrices[:, :, :3]) < 0, -1, 1).astype(dtype))
+        self.memory.allocate()
+        self.memory.write(self.matrices, placed.matrices)
+        self.memory.write(self.inverses, placed.inverses())
+        self.memory.write(self.starts, placed.starts[:-1])
+        self.memory.write(self.shifts, placed.primitives[placed.object_of] - placed.starts[:-1])
+        self.memory.write(self.objects, placed.object_of)
+        self.memory.write(self.facing, np.where(np.linalg.det(placed.matrices[:, :, :3]) < 0, -1, 1))
 
     @ti.func
     def place_of(self, primitive_id):

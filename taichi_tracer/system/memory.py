@@ -380,14 +380,15 @@ def filled(*arrays: np.ndarray, indices: int = 1) -> tuple[Memory, list[Any]]:
     """The memory of new fields with these numbers, and the fields: of i32, or of the running precision.
 
     Args:
-        arrays: one for each field; those of equal length stand side by side in memory.
+        arrays: one for each field; those of equal length stand side by side in memory. Where one has no rows, its
+            field has one, which is 0.
         indices: how many of their axes, 1 or 2, fields have as indices; a further axis has the components of vectors.
     """
     memory, blocks, made = Memory(), {}, []
     for array in arrays:
         kind = ti.i32 if np.issubdtype(array.dtype, np.integer) else float
         made.append(ti.field(kind) if array.ndim == indices else ti.Vector.field(array.shape[-1], kind))
-        counts = array.shape[:indices]
+        counts = tuple(max(1, count) for count in array.shape[:indices])
         if counts not in blocks:
             blocks[counts] = memory.fields.dense(ti.i if indices == 1 else ti.ij, counts)
         blocks[counts].place(made[-1])

@@ -43,7 +43,7 @@ from taichi_tracer.studies.hard.case import (
     separate,
     sphere,
 )
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import PARTS
 
@@ -325,11 +325,8 @@ class _Brdfs:
     """What the BRDF of a material says of a pair of directions, and of a sample."""
 
     def __init__(self, materials: list[Material], brdfs: list[Brdf]) -> None:
-        self._memory = memory.Memory()
-        self.library = MaterialLibrary(materials, brdfs, self._memory.fields)
+        self.library = MaterialLibrary(materials, brdfs)
         self.brdfs = self.library.brdfs
-        self._memory.allocate()
-        self.library.load(self._memory)
 
     @ti.func
     def ask(self, number, w_o, xi):
