@@ -81,13 +81,8 @@ class Environment(KnownAttributes):
         self.is_black = not self.pixels.any()
         self.version = 0
 
-        self._memory = memory.Memory()
-        self.texels = ti.Vector.field(3, float)
-        self.settings = ti.field(float)  # the intensity, and the rotation as a fraction of a full turn
-        with self._memory as builder:
-            builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
-            builder.dense(ti.i, 2).place(self.settings)
-        self._memory.write(self.texels, self.pixels)
+        # The settings are the intensity, and the rotation as a fraction of a full turn.
+        self._memory, (self.texels, self.settings) = memory.filled(self.pixels, np.zeros((1, 2)), indices=2)
         self._intensity, self.rotation = 1.0, 0.0
         self.set_intensity(intensity)
         self.set_rotation(rotation)
@@ -106,7 +101,7 @@ class Environment(KnownAttributes):
     @property
     def intensity(self) -> float:
         """The factor by which all radiance is multiplied; ``intensity[None]`` may be assigned, as in the course."""
-        return held(element(self.settings, 0) if inside_kernel() else self._intensity, self.set_intensity)
+        return held(element(self.settings, 0, 0) if inside_kernel() else self._intensity, self.set_intensity)
 
     def set_rotation(self, degrees: float) -> None:
         """Turn the environment about the axis that is up."""
@@ -117,7 +112,7 @@ class Environment(KnownAttributes):
         self._write()
 
     def _write(self) -> None:
-        self._memory.write(self.settings, (self._intensity, (self.rotation / 360) % 1.0))
+        self._memory.write(self.settings, [[self._intensity, (self.rotation / 360) % 1.0]])
         self.version += 1
 
     # ── names of the course ──
@@ -143,7 +138,7 @@ class Environment(KnownAttributes):
     @ti.func
     def coords(self, direction):
         """(u, v) in [0, 1] of a unit direction: u around +y, v from the bottom (C-1)."""
-        u = 0.5 + azimuth(direction.z, direction.x) / (2 * tm.pi) - self.settings[1]
+        u = 0.5 + azimuth(direction.z, direction.x) / (2 * tm.pi) - self.settings[0, 1]
         v = 0.5 + latitude(direction.y) / tm.pi  # with one rounding, as on CUDA, −1e-17 at a pole
         return u - ti.floor(u), ti.max(v, 0.0)
 
@@ -164,7 +159,7 @@ class Environment(KnownAttributes):
             value = self.texels[row, column]
         else:
             value = self.bilinear(u, v)
-        return self.settings[0] * value
+        return self.settings[0, 0] * value
 
     @ti.func
     def bilinear(self, u, v):
@@ -181,7 +176,7 @@ class Environment(KnownAttributes):
     @ti.func
     def constant_radiance(self):
         """``radiance`` of an environment that is the same in every direction."""
-        return self.settings[0] * self.texels[0, 0]
+        return self.settings[0, 0] * self.texels[0, 0]
 
     @ti.func
     def query_ray(self, ray):

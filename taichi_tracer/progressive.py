@@ -4,6 +4,7 @@ The central kernel is ``ProgressiveRenderer._take_samples``: pixel → ray → r
 assignments define which integrators they offer, and have the methods of the handouts.
 """
 
+import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.renderer_parts import RendererParts
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.settings import USUAL_LIGHT
 from taichi_tracer.system import compiling
 from taichi_tracer.system.compile_time import compile_time, one_at_a_time
 from taichi_tracer.system.course_fields import held
@@ -26,6 +29,16 @@ from taichi_tracer.system.stopwatch import KERNELS_MADE, LIGHTS, SAMPLES, stage
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+
+def light_if_dark(scene_data: SceneData) -> None:
+    """Light a scene in which nothing emits light, if nobody has said that it is dark; warn the caller of ``render``."""
+    if scene_data.effects.is_dark:
+        advice = "give it an environment, such as 'studio', or a material with Ke > 0"
+        if scene_data.is_light_open:
+            scene_data.set_environment(USUAL_LIGHT)
+            advice = f"the environment {USUAL_LIGHT!r} lights it; environment=None leaves it dark"
+        warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=7)
 
 
 @ti.data_oriented
@@ -176,7 +189,9 @@ class ProgressiveRenderer(RendererParts):
 
     @one_at_a_time
     def begin(self) -> None:
-        """Start the picture again, in the present ``state``."""
+        """Start the picture again, in the present ``state``; warn if it is of light and nothing emits light."""
+        if self.needs_light:
+            light_if_dark(self.scene_data)
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
             self.own_shares.forget()

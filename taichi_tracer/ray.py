@@ -1,8 +1,8 @@
 """Rays and what they hit, inside kernels; and as arrays: what Python asks a scene, and its answers."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
@@ -103,26 +103,12 @@ REALS = {"distance": 1, "barycentric_coords": 2, "normal": 3, "geometric_normal"
 WHOLE = ("is_hit", "triangle_id", "material_id", "is_backfacing")
 
 
-class RayHit(NamedTuple):
-    """What one ray hit: a row of ``RayHits``, with the same members."""
-
-    is_hit: bool
-    distance: float
-    triangle_id: int
-    barycentric_coords: np.ndarray
-    normal: np.ndarray
-    geometric_normal: np.ndarray
-    material_id: int
-    is_backfacing: bool
-    position: np.ndarray
-
-
 @dataclass
 class RayHits:
     """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``.
 
-    ``hits[i]`` and iteration give a ``RayHit`` for each ray. ``hits[hits.is_hit]``, or another mask, list of numbers or
-    slice, gives the ``RayHits`` of some of the rays.
+    ``hits[i]`` and iteration give the members of one ray: ``hits[i].distance`` is a number. ``hits[hits.is_hit]``, or
+    another mask, list of numbers or slice, gives the ``RayHits`` of some of the rays.
     """
 
     is_hit: np.ndarray
@@ -157,12 +143,8 @@ class RayHits:
     def __len__(self) -> int:
         return len(self.is_hit)
 
-    def __getitem__(self, which) -> "RayHit | RayHits":
-        rows = {f.name: getattr(self, f.name)[which] for f in fields(self)}
-        return RayHit(**rows) if np.ndim(rows["is_hit"]) == 0 else RayHits(**rows)
-
-    def __iter__(self) -> Iterator[RayHit]:
-        return map(RayHit._make, zip(*(getattr(self, f.name) for f in fields(self)), strict=True))
+    def __getitem__(self, which) -> "RayHits":
+        return RayHits(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
     @property
     def points(self) -> np.ndarray:
@@ -186,11 +168,13 @@ class RayHits:
         return columns
 
     def __repr__(self) -> str:
+        if np.ndim(self.is_hit) == 0:
+            return f"RayHits({', '.join(f'{f.name}={getattr(self, f.name)}' for f in fields(self))})"
         return f"RayHits({self.is_hit.size:,} rays, {int(self.is_hit.sum()):,} hits)"
 
     def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
-        if self.is_hit.ndim > 1:
+        if self.is_hit.ndim != 1:
             return self.reshaped((self.is_hit.size,))._repr_html_(most)
         names = [f.name for f in fields(self)]
         head = "".join(f"<th>{name}</th>" for name in ["ray", *names])

@@ -1,7 +1,6 @@
 """The renderers of the assignments: what each offers, with the methods that the handouts name."""
 
 import functools
-import warnings
 from collections.abc import Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,7 @@ from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSetti
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer_parts import IntegratorChoice
-from taichi_tracer.scene_data import SceneData
-from taichi_tracer.settings import USUAL_LIGHT, WEIGHTS, usual_values
+from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import compile_time, inside_kernel
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
@@ -206,16 +204,6 @@ class A1Renderer(ProgressiveRenderer):
     set_shade_material_ID = set_shade_material_id  # the handout's spelling
 
 
-def light_if_dark(scene_data: SceneData) -> None:
-    """Light a scene in which nothing emits light, if nobody has said that it is dark; warn the caller of ``render``."""
-    if scene_data.effects.is_dark:
-        advice = "give it an environment, such as 'studio', or a material with Ke > 0"
-        if scene_data.is_light_open:
-            scene_data.set_environment(USUAL_LIGHT)
-            advice = f"the environment {USUAL_LIGHT!r} lights it; environment=None leaves it dark"
-        warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=6)
-
-
 @register
 @overridable()
 class A2Renderer(ProgressiveRenderer):
@@ -229,11 +217,6 @@ class A2Renderer(ProgressiveRenderer):
     SampleMode = IntEnum("SampleMode", "UNIFORM BRDF MICROFACET")
     SamplingMode: type[IntEnum] = SampleMode
     sample_mode = Mode("SampleMode")
-
-    def begin(self) -> None:
-        """Start the picture again; warn if nothing in the scene emits light."""
-        light_if_dark(self.scene_data)
-        super().begin()
 
     def set_sample_uniform(self) -> "Self":
         """Sample directions uniform on the sphere."""
@@ -406,11 +389,6 @@ class A4Renderer(ProgressiveRenderer):
             self.bounces = former
             self.begin_anew()
         return found
-
-    def begin(self) -> None:
-        """Start the picture again; warn if nothing in the scene emits light."""
-        light_if_dark(self.scene_data)
-        super().begin()
 
     def set_shading_implicit(self) -> "Self":
         """Let paths find lights by chance: ``implicit`` (A4-1)."""

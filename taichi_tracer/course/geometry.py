@@ -229,7 +229,7 @@ class EnvISRenderer:
             u, v = xi.x, xi.y
             if ti.static(follows_light):
                 _, _, turned, height = self.light.find_texel(xi)
-                u = turned - self.environment.settings[1]  # the image does not have the rotation of the environment
+                u = turned - self.environment.settings[0, 1]  # the image does not have the rotation of the environment
                 v = 0.5 + tm.asin(tm.clamp(height, -1, 1)) / tm.pi
             x = ti.min(ti.cast(u * self.width, ti.i32), self.width - 1)
             y = ti.min(ti.cast(v * self.height, ti.i32), self.height - 1)

@@ -89,27 +89,30 @@ def counted(parts: Any, number: str) -> Any:
     scene = counted_scene(parts.scene, tally)
     eye_rays = copy.copy(parts.eye_rays)
     eye_rays.intersector = scene.ray_intersector
-    sampler = observed(parts.sampler, {"start": partial(beginning, tally)})
+    sampler = observed(parts.sampler, {"start": partial(noting, tally.begin)})
     film = observed(parts.film, {"record": partial(recording, tally, number)})
     return parts._replace(scene=scene, eye_rays=eye_rays, sampler=sampler, film=film)
 
 
 def counted_scene(scene: Any, tally: WorkTally) -> Any:
     """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
-    search = dict.fromkeys(ENTERING, partial(entering, tally)) | dict.fromkeys(TRYING, partial(trying, tally))
-    others = {"sphere_candidate": partial(trying_sphere, tally), "is_occluded": partial(sending, tally)}
+    search = dict.fromkeys(ENTERING, partial(noting, tally.node)) | dict.fromkeys(
+        TRYING, partial(noting, tally.primitive)
+    )
+    if hasattr(scene.ray_intersector, TRYING[1]):  # elsewhere, ``intersect_primitive`` counts spheres already
+        search["sphere_candidate"] = partial(noting, tally.primitive)
     observers = {
-        "ray_intersector": search | others,
+        "ray_intersector": search | {"is_occluded": partial(sending, tally)},
         "surface": dict.fromkeys(SCATTERING, partial(scattering, tally)),
         "lights": {"sample": partial(sampling, tally)},
     }
     return observed_scene(scene, observers)
 
 
-def beginning(tally: WorkTally, sampler: Any, start: Callable, *of: Any) -> Any:
-    """A sample begins."""
-    tally.begin()
-    return start(*of)
+def noting(act: Callable, part: Any, call: Callable, *of: Any) -> Any:
+    """A method of a part begins; it is noted before."""
+    act()
+    return call(*of)
 
 
 def recording(
@@ -122,25 +125,6 @@ def recording(
 @ti.func
 def _grey(number):
     return tm.vec3(ti.cast(number, float))
-
-
-def entering(tally: WorkTally, intersector: Any, enter: Callable, *of: Any) -> Any:
-    """A node is entered."""
-    tally.node()
-    return enter(*of)
-
-
-def trying(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> Any:
-    """A primitive is tried."""
-    tally.primitive()
-    return attempt(*of)
-
-
-def trying_sphere(tally: WorkTally, intersector: Any, attempt: Callable, *of: Any) -> Any:
-    """A sphere is tried; ``intersect_primitive`` counts it already, where it is asked."""
-    if hasattr(intersector, TRYING[1]):
-        tally.primitive()
-    return attempt(*of)
 
 
 def sending(tally: WorkTally, intersector: Any, is_occluded: Callable, *of: Any) -> Any:

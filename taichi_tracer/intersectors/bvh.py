@@ -38,15 +38,8 @@ class BVHRayIntersector(RayIntersector):
         super().bind(geometry, triangle_test)
         box, links, order, depth = self.trees(geometry)
         self.num_nodes, self.stack_size = len(box), -(-(depth + 1) // STACK_STEP) * STACK_STEP
-        self._memory = memory.Memory()
-        self.low, self.high = ti.Vector.field(3, float), ti.Vector.field(3, float)
-        self.first, self.count, self.axis, self.order = (ti.field(ti.i32) for _ in range(4))
-        self._memory.fields.dense(ti.i, len(box)).place(self.low, self.high, self.first, self.count, self.axis)
-        self._memory.fields.dense(ti.i, max(1, len(order))).place(self.order)
-        self._memory.allocate()
-        fields = self.low, self.high, self.first, self.count, self.axis, self.order
-        for field, array in zip(fields, (box[:, :3], box[:, 3:], *links.T, order), strict=True):
-            self._memory.write(field, array)
+        self._memory, fields = memory.filled(box[:, :3], box[:, 3:], *links.T, order)
+        self.low, self.high, self.first, self.count, self.axis, self.order = fields
 
     def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
         """``nodes_of`` the tree over all primitives, with their numbers in its leaves."""

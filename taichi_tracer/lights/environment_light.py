@@ -109,7 +109,7 @@ class EnvironmentLight(Light):
         """(row, column, u, y): a texel, and a place in it, as the u of ``Environment.coords`` and a height."""
         row, from_row = find(self.row_cdf, self.row_guide, 0, self.environment.height, xi.y)
         column, from_column = find(self.column_cdf, self.column_guide, row, self.environment.width, xi.x)
-        u = (column + from_column) / self.environment.width + self.environment.settings[1]
+        u = (column + from_column) / self.environment.width + self.environment.settings[0, 1]
         y_top, y_bottom = self.height_of_edge[0, row], self.height_of_edge[0, row + 1]
         return row, column, u, y_top + from_row * (y_bottom - y_top)
 
