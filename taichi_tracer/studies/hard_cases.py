@@ -248,29 +248,24 @@ def run(
         SharedScene(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)
     ]
     rays = {case.name: case.gathered(max(FEWEST_RAYS, int(size.rays * case.rays_wanted))) for case in cases}
-    before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
     machine = ""
-    try:
-        for mode in modes_of(level, arch) if modes is None else modes:
-            start = (mode.precision, mode.fast_math)
-            if start != started:
-                gc.collect()  # while the Taichi that made them still runs
-                runtime.init(arch, mode.precision, mode.fast_math, force=True)
-                # The first start is in f32: a GPU without f64 leaves that to the CPU.
-                started, machine = start, machine or describe_machine()
-                if renderer:
-                    progress("renderer")
-                    verdicts += renderer_verdicts(mode, level)
-            progress(str(mode))
-            row, found = run_mode(mode, size, stages, rays, references)
-            rows.append(row)
-            gc.collect()
-            verdicts += found
-    finally:
-        if before is not None:
-            runtime.init(before.arch, before.precision, before.fast_math, force=True)
+    for mode in modes_of(level, arch) if modes is None else modes:
+        start = (mode.precision, mode.fast_math)
+        if start != started:
+            gc.collect()  # while the Taichi that made them still runs
+            runtime.init(arch, mode.precision, mode.fast_math, force=True)
+            # The first start is in f32: a GPU without f64 leaves that to the CPU.
+            started, machine = start, machine or describe_machine()
+            if renderer:
+                progress("renderer")
+                verdicts += renderer_verdicts(mode, level)
+        progress(str(mode))
+        row, found = run_mode(mode, size, stages, rays, references)
+        rows.append(row)
+        gc.collect()
+        verdicts += found
     return SuiteResult(level, machine, rows, verdicts)
 
 

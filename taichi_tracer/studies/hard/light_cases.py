@@ -19,12 +19,12 @@ from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0, LEAST
 from taichi_tracer.camera import Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.brdfs import Bench
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
-from taichi_tracer.materials import Material, MaterialLibrary, Texture
+from taichi_tracer.materials import Material, Texture
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import A2Renderer, A4Renderer
@@ -320,53 +320,40 @@ HEIGHTS = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)  # cosines of views
 XIS = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
 
 
-@ti.data_oriented
-class _Brdfs:
-    """What the BRDF of a material says of a pair of directions, and of a sample."""
-
-    def __init__(self, materials: list[Material], brdfs: list[Brdf]) -> None:
-        self.library = MaterialLibrary(materials, brdfs)
-        self.brdfs = self.library.brdfs
-
-    @ti.func
-    def ask(self, number, w_o, xi):
-        """For a material: w_i, weight, eval and pdf there, eval and pdf towards n, and opposite to n. n is +z."""
-        n, material = tm.vec3(0, 0, 1), self.library.get(number)
-        w_i, numbers = tm.vec3(0), ti.Vector([0.0] * 7)
-        for k in ti.static(range(len(self.brdfs))):
-            if self.library.brdf_ids[number, 0] == k:
-                w_i = self.brdfs[k].sample(material, w_o, n, xi)
-                numbers[0] = self.brdfs[k].sample_weight(material, w_o, w_i, n).x
-                for j in range(3):
-                    to = ti.select(j == 0, w_i, ti.select(j == 1, n, -n))
-                    numbers[1 + 2 * j] = self.brdfs[k].eval(material, w_o, to, n).x
-                    numbers[2 + 2 * j] = self.brdfs[k].pdf(material, w_o, to, n)
-        return w_i, numbers
+def benches_of(materials: list[Material]) -> list[Bench]:
+    """A bench for each BRDF of the package, with the materials that it gets in a scene."""
+    own = [brdf for brdf in brdfs_of(()) if PARTS.comes_with_package(brdf)]
+    # Of several that describe a material, the last one gets it.
+    chosen = [next(b for b in reversed(own) if b.describes(m, runtime.dtype())) for m in materials]
+    of_brdf = {brdf: [m for m, one in zip(materials, chosen, strict=True) if one is brdf] for brdf in chosen}
+    return [Bench(brdf, described) for brdf, described in of_brdf.items()]
 
 
-def answers_of(materials: list[Material], brdfs: list[Brdf] | None, heights, xis) -> np.ndarray:
-    """(materials, heights, ξ, ξ, 10) what ``_Brdfs.ask`` finds for every combination of them.
+def answers_of(bench: Bench, heights, xis) -> np.ndarray:
+    """(materials, heights, ξ, ξ, 10) what a BRDF says of every combination of them.
+
+    These are: w_i, its weight; and eval and pdf there, towards n, and opposite to n. n is +z.
 
     Args:
-        brdfs: None is those that come with the package; each is asked for the materials that it describes.
         heights: cosines of w_o. xis: random numbers, for both dimensions.
     """
-    own = [brdf for brdf in brdfs_of(()) if PARTS.comes_with_package(brdf)] if brdfs is None else brdfs
-    number, cosine, a, b = np.meshgrid(np.arange(len(materials)), heights, xis, xis, indexing="ij")
-    sine = np.sqrt(1 - cosine**2)
-    w_o, xi = np.stack([sine * 0.6, sine * 0.8, cosine], axis=-1), np.stack([a, b], axis=-1)
-    w_i, numbers = Rows(_Brdfs(materials, own).ask, (WHOLE, 3, 2), (3, 7))(number, w_o, xi)
-    return np.hstack([w_i, numbers]).reshape(*number.shape, 10)
+    number, cosine, a, b = np.meshgrid(np.arange(len(bench.materials)), heights, xis, xis, indexing="ij")
+    sine, n = np.sqrt(1 - cosine**2), np.array([0.0, 0, 1])
+    which, w_o = number.ravel(), np.stack([sine * 0.6, sine * 0.8, cosine], axis=-1)
+    w_i = bench.sample(which, w_o, n, np.stack([a, b], axis=-1))
+    weight = bench.values(which, w_o, n, w_i)[2][:, 0]
+    values = [number for to in (w_i, n, -n) for number in bench.values(which, w_o, n, to)[:2]]
+    columns = [w_i, weight, *(value if value.ndim == 1 else value[:, 0] for value in values)]
+    return np.column_stack(columns).reshape(*number.shape, 10)
 
 
-def check_answers(found, epsilon, materials, brdfs=None, most_weight: float = 1.0) -> None:
+def check_answers(found, epsilon, benches: list[Bench], most_weight: float = 1.0) -> None:
     """Whether answers are numbers, w_i has unit length, weights are in [0, most], and densities are at least 0.
 
     Args:
-        materials, brdfs: as for ``answers_of``.
         most_weight: of a white surface: 1 where directions are drawn in proportion to the BRDF.
     """
-    values = answers_of(materials, brdfs, HEIGHTS, XIS).reshape(-1, 10)
+    values = np.concatenate([answers_of(bench, HEIGHTS, XIS).reshape(-1, 10) for bench in benches])
     length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > LENGTH_ERROR * epsilon
     weight = (values[:, 3] < 0) | (values[:, 3] > most_weight * (1 + LENGTH_ERROR * epsilon))
     negative = (values[:, 4:] < 0).any(axis=1)
@@ -374,12 +361,13 @@ def check_answers(found, epsilon, materials, brdfs=None, most_weight: float = 1.
     found.add((length | weight | negative) & ~nan, int(nan.sum()))
 
 
-def check_energy(found, materials, heights, brdfs=None) -> None:
+def check_energy(found, benches: list[Bench], heights) -> None:
     """Whether white surfaces reflect at most ``MOST_ENERGY`` of what they receive, four deviations granted."""
     grid = (np.arange(64) + 0.5) / 64  # ξ, in both dimensions
-    weights = answers_of(materials, brdfs, heights, grid)[..., 3]
-    mean, deviation = weights.mean(axis=(2, 3)), weights.std(axis=(2, 3)) / len(grid)
-    found.add(mean > MOST_ENERGY + 4 * deviation, int((~np.isfinite(weights)).sum()))
+    for bench in benches:
+        weights = answers_of(bench, heights, grid)[..., 3]
+        mean, deviation = weights.mean(axis=(2, 3)), weights.std(axis=(2, 3)) / len(grid)
+        found.add(mean > MOST_ENERGY + 4 * deviation, int((~np.isfinite(weights)).sum()))
 
 
 def white_surfaces() -> list[Material]:
@@ -395,7 +383,7 @@ def brdfs_of_the_package(found, epsilon):
     cos^α of a negative cosine is NaN; with α = 1e21 the lobe over its density is 0/0 or ∞/∞; ln 0 is infinite; a vector
     with |z| a rounding above 1 has the square root of a negative number for its sine.
     """
-    check_answers(found, epsilon, white_surfaces())
+    check_answers(found, epsilon, benches_of(white_surfaces()))
 
 
 def own_brdf(brdf: Brdf, found, epsilon) -> None:
@@ -409,8 +397,9 @@ def own_brdf(brdf: Brdf, found, epsilon) -> None:
     every, alone = white_surfaces(), copy.copy(brdf)
     materials = [m for m in every if brdf.describes(m, runtime.dtype())] or every
     alone.describes = lambda material, dtype: True
-    check_answers(found, epsilon, materials, [alone], math.inf)
-    check_energy(found, materials, (1.0, 0.5, 0.05), [alone])
+    bench = Bench(alone, materials)
+    check_answers(found, epsilon, [bench], math.inf)
+    check_energy(found, [bench], (1.0, 0.5, 0.05))
 
 
 @renderer_case("opposite vertex normals")
@@ -466,25 +455,16 @@ def furnace(estimator: str, found, epsilon) -> None:
     mean radiance of each sphere must be at most 1.01, four deviations granted, and all samples finite.
     """
     exponents = (1.0, 20.0, 1e21)
-    vertices, faces = join([sphere(10, 6, 1.0, (2.5 * k, 0, 0)) for k in range(len(exponents))])
-    mesh = Mesh(
-        vertices=vertices,
-        faces=faces,
-        face_materials=np.repeat(np.arange(3), len(faces) // 3).astype(np.int32),
-        materials=[Material(name=f"Ns{e:g}", Kd=(1.0, 1.0, 1.0), Ns=e) for e in exponents],
-    )
+    spheres = [sphere(10, 6, 1.0, (2.5 * k, 0, 0)) for k in range(len(exponents))]
+    mesh = mesh_of(spheres, [Material(name=f"Ns{e:g}", Kd=(1.0, 1.0, 1.0), Ns=e) for e in exponents])
     scene = SceneData(mesh, intersector="brute_force", environment=np.ones((1, 1, 3)))
     view = {"eye": (2.5, 0, 60.0), "at": (2.5, 0, 0), "up": (0, 1, 0), "fov": 2.4}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        renderer = A2Renderer(scene, camera=Camera(96, 32, **view)).use(estimator).render(64)
-    image, variance = renderer.image().astype(np.float64), renderer.film.variance_of_mean()
-    for third in range(3):
-        columns = slice(32 * third, 32 * (third + 1))
-        deviation = math.sqrt(variance[:, columns].sum()) / variance[:, columns].size
-        is_dark_enough = image[:, columns].mean() <= MOST_ENERGY + 4 * deviation
-        found.add(not is_dark_enough, tried=image[:, columns, 0].size * 64)
-    found.add(False, int(renderer.non_finite + np.isnan(image).any(axis=2).sum()), tried=0)
+    image, deviations, nan = rendered(A2Renderer(scene, camera=Camera(96, 32, **view)), estimator, 64)
+    for third in np.split(np.arange(96), 3):
+        deviation = np.linalg.norm(deviations[:, third]) / deviations[:, third].size
+        is_dark_enough = image[:, third].mean() <= MOST_ENERGY + 4 * deviation
+        found.add(not is_dark_enough, tried=image[:, third, 0].size * 64)
+    found.add(False, nan, tried=0)
 
 
 # ── microfacets, textures, lights inside surfaces ──
@@ -507,8 +487,9 @@ def microfacets(found, epsilon):
     D is 1/(π α⁴) beside a peak that is α wide, and G is 0/0 along the surface. The two must cancel on paper: as
     quotients of rounded numbers, they are infinite, NaN, or make energy out of nothing.
     """
-    check_answers(found, epsilon, metals())
-    check_energy(found, metals(), TO_GRAZING)
+    benches = benches_of(metals())
+    check_answers(found, epsilon, benches)
+    check_energy(found, benches, TO_GRAZING)
 
 
 @renderer_case("rough layers: α 1e-6 to 1, views down to 1e-6 rad")
@@ -519,7 +500,7 @@ def rough_layers(found, epsilon):
     white surface reflects more than it receives, at grazing angles first. The weight of a sample of the mixture is at
     most that of a part, divided by the probability of this part.
     """
-    layers = metals(F0=(LAYER_F0,) * 3, extra={LAYERED: (1.0,)})  # with the reflectance of glass
+    layers = benches_of(metals(F0=(LAYER_F0,) * 3, extra={LAYERED: (1.0,)}))  # with the reflectance of glass
     check_answers(found, epsilon, layers, most_weight=1 / LEAST)
     check_energy(found, layers, TO_GRAZING)
 

@@ -73,34 +73,20 @@ def passes_by(o, d, corners) -> np.ndarray:
 def polygon_irradiance(point, normal, corners) -> float:
     """E / L at a point with a unit normal, of a flat polygon that emits L from the side seen counter-clockwise.
 
-    Lambert's formula of 1760, for the part of the polygon that lies above the horizon of the point; 0 from behind.
+    Lambert's formula of 1760; 0 from behind.
 
     Args:
-        point, normal: (3,). corners: (n, 3), counter-clockwise as seen from the side that emits.
+        point, normal: (3,). corners: (n, 3), counter-clockwise as seen from the side that emits, none of them below the
+            horizon of the point.
     """
     corners = np.asarray(corners, np.float64) - np.asarray(point, np.float64)
     front = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     if front @ corners[0] >= 0:  # the point lies behind the polygon, or in its plane
         return 0.0
-    seen = above(corners, normal)
-    if len(seen) < 3:
-        return 0.0
-    to = seen / np.linalg.norm(seen, axis=1, keepdims=True)
+    to = corners / np.linalg.norm(corners, axis=1, keepdims=True)
     after = np.roll(to, -1, axis=0)
     normals = np.cross(to, after)
     length = np.linalg.norm(normals, axis=1)
     angle = np.arctan2(length, (to * after).sum(axis=1))
     parts = np.divide(angle * (normals @ normal), length, out=np.zeros_like(length), where=length > 0)
     return float(abs(parts.sum()) / 2)
-
-
-def above(corners, normal) -> np.ndarray:
-    """(m, 3) the part of a polygon on the side of the plane through the origin to which its normal points."""
-    height, kept = corners @ normal, []
-    for i, corner in enumerate(corners):
-        j = (i + 1) % len(corners)
-        if height[i] >= 0:
-            kept.append(corner)
-        if height[i] * height[j] < 0:
-            kept.append(corner + (corners[j] - corner) * (height[i] / (height[i] - height[j])))
-    return np.array(kept).reshape(-1, 3)
