@@ -139,14 +139,6 @@ def set_ticks(axis, low: float, high: float, most: int, in_words) -> None:
     axis.set_major_formatter(FuncFormatter(lambda v, _: in_words(float(f"{v:.6g}"))))
 
 
-def spread(wanted: list[float], gap: float) -> list[float]:
-    """Ascending places near the wanted ones, which ascend too, no two nearer than ``gap``, and the last at most 1."""
-    places: list[float] = []
-    for place in wanted:
-        places.append(max(place, places[-1] + gap) if places else place)
-    return [place - max(0.0, places[-1] - 1) for place in places]
-
-
 # ── files ──
 
 

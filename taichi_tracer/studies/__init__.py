@@ -72,7 +72,7 @@ def accuracy(
 
     from taichi_tracer.files.disk import replace_file
     from taichi_tracer.studies import accuracy_report, variants
-    from taichi_tracer.studies.study import Measurement
+    from taichi_tracer.studies.study import Study
     from taichi_tracer.studies.variants import Bench, lives_here_alone
     from taichi_tracer.system import runtime
 
@@ -83,7 +83,7 @@ def accuracy(
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
         knobs |= {name: value for name, value in running.items() if knobs[name] is None}
     plan = variants.plan(3 if rr_start_bounce is None else rr_start_bounce, **knobs)
-    study = Measurement(bench, plan, budget, seeds, started=start).run()
+    study = Study(bench, plan, budget, seeds, started=start).run()
     if report is not None:
         for name, content in accuracy_report.contents(study).items():
             replace_file(Path(report) / name, content)

@@ -21,9 +21,9 @@ from taichi_tracer.studies.variants import is_path
 from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.png")
-# Inches; where the axes begin and end; how many ticks of seconds there is room for.
-SHAPES = {"broad": (11, 5.6, 0.085, 0.72, 11), "narrow": (4.6, 5.4, 0.19, 0.6, 3)}
-LABEL_GAP = 0.06  # of the height of the axes: the distance between the middles of two labels
+# Inches; where the labels of the curves stand; how many ticks of seconds there is room for.
+SHAPES = {"broad": ((11, 5.6), "outside right center", 11), "narrow": ((4.6, 5.4), "outside lower left", 3)}
+LETTERS = 34  # of a line of a label
 SHOWN = 320  # pixels: the width of a picture in the page
 WHITE = 0.99  # quantile of the errors of a picture that its map shows as white
 STYLE = """
@@ -93,9 +93,10 @@ def warnings_of(study: Study) -> list[str]:
 
 def about(study: Study) -> str:
     """The scene, the reference and the machine."""
+    width, height = study.bench.size
     return (
-        f"{study.facts.title}, {study.size[0]} × {study.size[1]} pixels, {study.rounds} pictures of each variant. The "
-        f"reference has {study.reference.samples:,} samples per pixel and an error of {study.reference.error}: errors "
+        f"{study.facts.title}, {width} × {height} pixels, {study.rounds} pictures of each variant. The reference has "
+        f"{study.reference.samples:,} samples per pixel and an error of {study.reference.error}: errors "
         f"below {percent(study.reference.least_error)} cannot be judged. Measuring took {study.seconds:.1f} s of a "
         f"budget of {study.budget:g} s; starting took {study.start_seconds:.1f} s, reading the scene "
         f"{study.facts.read_seconds:.1f} s, and compiling {study.compiling_seconds:.1f} s before. "
@@ -216,20 +217,18 @@ def draw(study: Study, shape: str = "broad"):
     """A ``matplotlib`` figure: the error of each curve against seconds of rendering, labelled at its end."""
     from matplotlib.figure import Figure
 
-    width, height, left, right, most_ticks = SHAPES[shape]
-    figure = Figure(figsize=(width, height), facecolor="none" if shape == "narrow" else page.PAPER)
-    place = (left, 0.13, right - left, 0.79)
-    axes = figure.add_axes(place, facecolor="none", axisbelow=True, xscale="log", yscale="log")
-    ends = []
+    size, place, most_ticks = SHAPES[shape]
+    figure = Figure(figsize=size, facecolor="none" if shape == "narrow" else page.PAPER, layout="constrained")
+    axes = figure.add_subplot(facecolor="none", axisbelow=True, xscale="log", yscale="log")
+    lines = []
     for curve, colour in zip(study.main, COLOURS * 2, strict=False):
         levels = np.array(curve.levels())
         if len(levels) == 0:
             continue
         seconds, error, least, most = levels.T
         axes.fill_between(seconds, 100 * least, 100 * most, color=colour, alpha=0.15, linewidth=0)
-        axes.plot(seconds, 100 * error, "o-", color=colour, linewidth=2, markersize=5)
-        label = error_in_words(curve, study).replace(" ", "\u00a0")
-        ends.append((seconds[-1], 100 * error[-1], f"{curve.label}: {label}", colour))
+        label = textwrap.fill(f"{curve.label}: {error_in_words(curve, study)}", LETTERS)
+        lines += axes.plot(seconds, 100 * error, "o-", color=colour, linewidth=2, markersize=5, label=label)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     y0 = min(y0, 90 * TARGETS[-1])
     for target in TARGETS:
@@ -246,27 +245,9 @@ def draw(study: Study, shape: str = "broad"):
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("seconds of rendering, after compiling", fontsize=FONT, color=INK)
     axes.set_title("relative RMSE of all pixels", loc="left", fontsize=FONT, color=INK)
-    label_ends(axes, sorted(ends, key=lambda end: end[1]), 18 if shape == "narrow" else 40)
+    lines.sort(key=lambda line: -line.get_ydata()[-1])  # as their ends stand
+    figure.legend(handles=lines, loc=place, fontsize=FONT, labelcolor="linecolor", frameon=False)
     return figure
-
-
-def label_ends(axes, ends: list, letters: int) -> None:
-    """The label of each curve right of the axes, as near to the height of its end as the others leave room."""
-    y0, y1 = (math.log(y) for y in axes.get_ylim())
-    wanted = [(math.log(end[1]) - y0) / (y1 - y0) for end in ends]
-    gap = LABEL_GAP * (2 if letters < 20 else 1)
-    for (x, y, text, colour), place in zip(ends, page.spread(wanted, gap), strict=True):
-        axes.annotate(
-            textwrap.fill(text, letters),
-            (x, y),
-            (1.04, place),
-            textcoords="axes fraction",
-            annotation_clip=False,
-            va="center",
-            color=colour,
-            fontsize=FONT,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.6},
-        )
 
 
 # ── the page ──

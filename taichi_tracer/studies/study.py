@@ -54,13 +54,8 @@ STUDENT = (
     2.26,
 )  # 97.5 % of Student's t, by degrees of freedom
 SURE_BIAS = 4.0  # z-score: more is no chance
-INTERRUPTED = "accuracy: interrupted before the first picture was measured"
 
 Tell = Callable[[str, float], None]  # is called with what is done, and with the share of the budget that has passed
-
-
-class StoppedError(InputError):
-    """The user has interrupted the study; it is shown if nothing was measured until then."""
 
 
 class Interval(NamedTuple):
@@ -238,26 +233,45 @@ class Reference:
         return Reference(image, error, variance, self.samples)
 
 
-@dataclass
 class Study:
-    """Everything that was measured.
+    """A study, which ``run`` measures.
+
+    Args:
+        bench: the scene. variants: the ways to render it; all others are compared with the first one.
+        budget: seconds of measuring. seeds: rounds, at least.
+        started: when the user pressed the key. tell: called with what is done. should_stop: whether the user ends it.
 
     Attributes:
         facts: the scene, and the machine. curves: of every variant, the first one first.
-        references: look-up → reference. budget, seconds: of measuring, allowed and needed.
+        references: look-up → reference. seconds: of measuring.
         start_seconds: until the first process was ready. compiling_seconds: of all variants together.
         notes: what was not compared, and why.
     """
 
     facts: SceneFacts
-    size: tuple[int, int]
-    budget: float
-    curves: list[Curve] = field(default_factory=list)
-    references: dict[str, Reference] = field(default_factory=dict)
-    seconds: float = 0.0
-    start_seconds: float = 0.0
-    compiling_seconds: float = 0.0
-    notes: list[str] = field(default_factory=list)
+    start_seconds: float
+    compiling_seconds: float
+
+    def __init__(
+        self,
+        bench: Bench,
+        variants: Sequence[Variant],
+        budget: float,
+        seeds: int,
+        started: float | None = None,
+        tell: Tell = lambda what, share: None,
+        should_stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        bench.check(variants)
+        self.bench, self.variants, self.budget, self.seeds = bench, list(variants), budget, seeds
+        self.tell, self.should_stop = tell, should_stop
+        self.key_pressed = time.perf_counter() if started is None else started
+        self.begun, self.seconds = math.inf, 0.0
+        self.workers: dict[tuple, Worker] = {}
+        self.of_references: dict[str, Variant] = {}  # look-up → what its reference is rendered with
+        self.curves: list[Curve] = []
+        self.references: dict[str, Reference] = {}
+        self.notes: list[str] = []
 
     @property
     def reference(self) -> Reference:
@@ -283,62 +297,33 @@ class Study:
         """The curves that were rendered for the whole time: of the estimators, or of the only knob that was turned."""
         return [curve for curve in self.curves if curve.is_main]
 
-
-class Measurement:
-    """A study in progress.
-
-    Args:
-        bench: the scene. variants: the ways to render it; all others are compared with the first one.
-        budget: seconds of measuring. seeds: rounds, at least.
-        started: when the user pressed the key. tell: called with what is done. should_stop: whether the user ends it.
-    """
-
-    def __init__(
-        self,
-        bench: Bench,
-        variants: Sequence[Variant],
-        budget: float,
-        seeds: int,
-        started: float | None = None,
-        tell: Tell = lambda what, share: None,
-        should_stop: Callable[[], bool] = lambda: False,
-    ) -> None:
-        bench.check(variants)
-        self.bench, self.variants, self.budget, self.seeds = bench, list(variants), budget, seeds
-        self.tell, self.should_stop = tell, should_stop
-        self.key_pressed = time.perf_counter() if started is None else started
-        self.begun = math.inf
-        self.workers: dict[tuple, Worker] = {}
-        self.references: dict[str, Variant] = {}
-
-    def run(self) -> Study:
-        """Measure.
+    def run(self) -> "Study":
+        """Measure; if the user interrupts it, what was measured until then is kept.
 
         Raises:
             InputError: the scene has no light, what is to be compared cannot be compared with it, or nothing was
                 measured before the user stopped.
         """
         try:
-            study = self.start()
-            try:
-                self.compile(study)
-                self.begun = time.perf_counter()
-                self.render_references(study)
-                self.render_rounds(study)
-            except StoppedError:
-                study.notes.append("The study was interrupted: this is what was measured until then.")
-            study.seconds = self.elapsed
-            study.curves = [curve for curve in study.curves if curve.rounds]
-            if not study.curves:
-                raise StoppedError(INTERRUPTED)
-            for curve in study.curves:
-                reference = study.reference_of(curve.variant)
-                truth = reference.image, reference.variance
-                curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, truth, curve.unseen)
-            return study
+            self.start()
+            self.compile()
+            self.begun = time.perf_counter()
+            self.render_references()
+            self.render_rounds()
+        except KeyboardInterrupt:
+            self.notes.append("The study was interrupted: this is what was measured until then.")
         finally:
             for worker in self.workers.values():
                 worker.close()
+        self.seconds = self.elapsed
+        self.curves = [curve for curve in self.curves if curve.rounds]
+        if not self.curves:
+            raise InputError("accuracy: interrupted before the first picture was measured")
+        for curve in self.curves:
+            reference = self.reference_of(curve.variant)
+            truth = reference.image, reference.variance
+            curve.shift, curve.shift_error, curve.bias = shift_of(curve.finals, truth, curve.unseen)
+        return self
 
     @property
     def elapsed(self) -> float:
@@ -350,7 +335,7 @@ class Measurement:
         while True:
             self.tell(what, self.elapsed / self.budget)
             if self.should_stop():
-                raise StoppedError(INTERRUPTED)
+                raise KeyboardInterrupt
             if wait([future], timeout=POLL).done:
                 try:
                     return future.result()
@@ -359,7 +344,7 @@ class Measurement:
 
     # ── starting and compiling ──
 
-    def start(self) -> Study:
+    def start(self) -> None:
         """Start a worker for each way in which Taichi runs; the first one reads the scene."""
         for variant in self.variants:
             if variant.process not in self.workers:
@@ -367,46 +352,44 @@ class Measurement:
         base = self.variants[0]
         first = self.workers[base.process]
         self.result(first.ready, "starting")
-        seconds = time.perf_counter() - self.key_pressed
-        facts = self.result(first.ask("facts", base), "reading the scene")
-        study = Study(facts, self.bench.size, self.budget, start_seconds=seconds)
-        if len({v.lamp_choice for v in self.variants}) > 1 and facts.lamps == 0:
+        self.start_seconds = time.perf_counter() - self.key_pressed
+        self.facts = self.result(first.ask("facts", base), "reading the scene")
+        if len({v.lamp_choice for v in self.variants}) > 1 and self.facts.lamps == 0:
             raise InputError("accuracy: the scene has no surface with Ke > 0, so that no lamp is chosen")
-        if not facts.has_environment and len({v.lookup for v in self.variants}) > 1:
+        if not self.facts.has_environment and len({v.lookup for v in self.variants}) > 1:
             self.variants = [v for v in self.variants if v.lookup == base.lookup]
-            study.notes.append("The scene has no environment, so that its look-up was not compared.")
-        return study
+            self.notes.append("The scene has no environment, so that its look-up was not compared.")
 
-    def compile(self, study: Study) -> None:
+    def compile(self) -> None:
         """Compile every variant: in each worker one after the other."""
         begun, base = time.perf_counter(), self.variants[0]
         knobs = {v.difference(base) for v in self.variants}
         main = {"", "estimator"} if "estimator" in knobs else knobs
         for variant in self.variants:
-            self.references.setdefault(variant.lookup, reference_variant(variant, self.variants))
-        of_references = [self.workers[v.process].ask("prepare", v) for v in self.references.values()]
+            self.of_references.setdefault(variant.lookup, reference_variant(variant, self.variants))
+        references = [self.workers[v.process].ask("prepare", v) for v in self.of_references.values()]
         calls = [self.workers[variant.process].ask("prepare", variant) for variant in self.variants]
-        for call in of_references:
+        for call in references:
             self.result(call, "compiling the reference")
         for variant, call in zip(self.variants, calls, strict=True):
             found, knob = self.result(call, f"compiling {len(self.variants)} variants"), variant.difference(base)
-            study.curves.append(Curve(variant, self.label(study, variant), knob, knob in main, found))
-        study.compiling_seconds = time.perf_counter() - begun
+            self.curves.append(Curve(variant, self.label(variant), knob, knob in main, found))
+        self.compiling_seconds = time.perf_counter() - begun
 
-    def label(self, study: Study, variant: Variant) -> str:
+    def label(self, variant: Variant) -> str:
         """The name of a variant; what "environment" samples are lamps where there is no environment."""
         base, label = self.variants[0], variant.label(self.variants[0])
         knobs = {v.difference(base) for v in self.variants} - {""}
         if variant == base and len(knobs) == 1 and "estimator" not in knobs:  # the knob that the study is about
             label = f"{label}, {base.value_in_words(*knobs)}"
-        return label if study.facts.has_environment else label.replace("environment", "environment (lamps)")
+        return label if self.facts.has_environment else label.replace("environment", "environment (lamps)")
 
     # ── measuring ──
 
-    def render_references(self, study: Study) -> None:
+    def render_references(self) -> None:
         """The pictures with which all others are compared: with one sample after the other until the time is over."""
-        for lookup, variant in self.references.items():
-            share = FURTHER_SHARE if study.references else REFERENCE_SHARE
+        for lookup, variant in self.of_references.items():
+            share = FURTHER_SHARE if self.references else REFERENCE_SHARE
             end = self.elapsed + share * self.budget
             shot = self.render(variant, FIRST_SAMPLES, REFERENCE_SEED, "the reference")
             per_sample = shot.seconds / FIRST_SAMPLES
@@ -417,23 +400,23 @@ class Measurement:
                 raise InputError(
                     f"accuracy: no light of {self.bench.scene} reaches the camera, so that there is no error to measure"
                 )
-            study.references[lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
+            self.references[lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
 
-    def render_rounds(self, study: Study) -> None:
+    def render_rounds(self) -> None:
         """Learn from a short round how long samples and comparisons take, then let all render for the same time."""
-        trial, begun, spent = TRIAL_SHARE * self.budget / len(study.curves), self.elapsed, 0.0
-        for curve in study.curves:
+        trial, begun, spent = TRIAL_SHARE * self.budget / len(self.curves), self.elapsed, 0.0
+        for curve in self.curves:
             shot = self.render(curve.variant, self.first_level(curve), 0, curve.label)
             curve.seconds_per_sample = shot.seconds / shot.samples
-            points, _ = self.render_picture(study, curve, trial, 0)
+            points, _ = self.render_picture(curve, trial, 0)
             spent += shot.seconds + points[-1].seconds
         of_comparing = self.elapsed - begun - spent
-        count = sum(1.0 if curve.is_main else KNOB_SHARE for curve in study.curves)
+        count = sum(1.0 if curve.is_main else KNOB_SHARE for curve in self.curves)
         seconds = max(trial, ((self.budget - self.elapsed) / self.seeds - of_comparing) / count)
         for seed in range(FIRST_SEED, FIRST_SEED + self.seeds):
-            for curve in study.curves:
+            for curve in self.curves:
                 own = seconds * (1.0 if curve.is_main else KNOB_SHARE)
-                points, final = self.render_picture(study, curve, own, seed)
+                points, final = self.render_picture(curve, own, seed)
                 curve.rounds.append(points)
                 curve.finals.append(final)
 
@@ -441,14 +424,14 @@ class Measurement:
         """The fewest samples of a picture."""
         return PILOT if curve.variant.adaptive else 1
 
-    def render_picture(self, study: Study, curve: Curve, seconds: float, seed: int) -> tuple[list[Point], tuple]:
+    def render_picture(self, curve: Curve, seconds: float, seed: int) -> tuple[list[Point], tuple]:
         """One picture of a variant, rendered for so many seconds: compared whenever its time has doubled, and the last.
 
         How long a sample takes is known better afterwards.
         """
         least = self.first_level(curve)
         levels = {max(least, round(seconds / 2**k / curve.seconds_per_sample)) for k in range(HALVINGS + 1)}
-        points, spent, done, reference = [], 0.0, 0, study.reference_of(curve.variant)
+        points, spent, done, reference = [], 0.0, 0, self.reference_of(curve.variant)
         for level in sorted(levels):
             while done < level:
                 count = min(level - done, max(least, int(CHUNK / curve.seconds_per_sample)))

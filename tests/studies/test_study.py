@@ -8,7 +8,7 @@ import pytest
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import accuracy_report
 from taichi_tracer.studies.study import Curve, Point, Reference, Study, change, crossing, error_after, interval
-from taichi_tracer.studies.variants import SceneFacts, Variant
+from taichi_tracer.studies.variants import Bench, SceneFacts, Variant
 
 
 def test_an_interval_holds_the_true_value_in_95_of_100_studies():
@@ -39,6 +39,18 @@ def curve(error, seconds=1.0, label="mis", **knobs):
     return made
 
 
+def study_of(curves, truth):
+    """A study that is over."""
+    study = Study(Bench("cube", size=(8, 8)), [], 60, 3)
+    study.facts, study.curves, study.references = (
+        SceneFacts("cube", "a machine", 0, True, 0.1),
+        curves,
+        {"nearest": truth},
+    )
+    study.start_seconds = study.compiling_seconds = 0.0
+    return study
+
+
 def test_a_knob_that_takes_twice_the_time_costs_twice_the_time():
     found = change(curve(1.0), curve(1.0, seconds=2.0))
     assert found.time.value == pytest.approx(2)
@@ -54,8 +66,7 @@ def test_a_knob_that_takes_twice_the_time_costs_twice_the_time():
 def test_best_is_claimed_only_where_intervals_do_not_overlap(other, words):
     image = np.ones((8, 8, 3))
     truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
-    facts = SceneFacts("cube", "a machine", 0, True, 0.1)
-    study = Study(facts, (8, 8), 60, [curve(1.0), curve(other, label="brdf", estimator="brdf")], {"nearest": truth})
+    study = study_of([curve(1.0), curve(other, label="brdf", estimator="brdf")], truth)
     assert words in accuracy_report.headline(study)[0]
     text, page = "\n".join(accuracy_report.as_text(study)), accuracy_report.as_html(study)
     assert "25 %" in text
@@ -77,6 +88,5 @@ def test_a_mean_that_differs_by_more_than_noise_is_said():
     truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
     right, wrong = curve(1.0), curve(2.0, label="brdf", estimator="brdf")
     right.bias, wrong.shift, wrong.bias = 3.5, -0.019, -7.2
-    study = Study(SceneFacts("cube", "a machine", 0, True, 0.1), (8, 8), 60, [right, wrong], {"nearest": truth})
-    (line,) = accuracy_report.biases_of(study)
+    (line,) = accuracy_report.biases_of(study_of([right, wrong], truth))
     assert line == "brdf is darker than the reference by 1.9 %, 7 standard errors: one of the two is wrong."

@@ -23,7 +23,7 @@ from taichi_tracer.settings import (
     add_scene,
 )
 from taichi_tracer.studies import accuracy_report, variants
-from taichi_tracer.studies.study import Measurement
+from taichi_tracer.studies.study import Study
 from taichi_tracer.studies.variants import Bench
 from taichi_tracer.system.argument_types import at_least_one, names, positive, size, whole, wholes
 
@@ -87,7 +87,7 @@ def run(args: Namespace) -> int:
     plan, report = plan_of(args), report_of(args)
     options = {"bar_format": "{percentage:3.0f}%|{bar}| {desc}", "leave": False, "disable": None}
     with Interruption() as interruption, tqdm(total=1.0, **options) as bar:
-        study = Measurement(
+        study = Study(
             bench_of(args),
             plan,
             args.budget,
