@@ -7,23 +7,11 @@ it; hard cases belong to the folder ``hard``.
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from taichi_tracer.options import EnvironmentChoice
     from taichi_tracer.scene_data import SceneData
-
-
-class Accuracy(NamedTuple):
-    """What ``accuracy`` found.
-
-    Attributes:
-        table: a row per variant: a ``pandas.DataFrame`` where pandas is installed, else name → array.
-        figure: the chart, a ``matplotlib`` figure.
-    """
-
-    table: Any
-    figure: Any
 
 
 def accuracy(
@@ -47,7 +35,7 @@ def accuracy(
     max_bounces: Sequence[int] | None = None,
     roulettes: Sequence[str | float] | None = None,
     rr_start_bounce: int | None = None,
-) -> Accuracy:
+) -> tuple[Any, Any]:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
 
     A scene that is given by name or path is rendered in processes of its own: nothing of the caller's is touched, and
@@ -66,6 +54,10 @@ def accuracy(
             given is compared; otherwise ``variants.USUAL``. A scene that is rendered here keeps the running precision
             and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.
+
+    Returns:
+        A table with a row per variant, a ``pandas.DataFrame`` where pandas is installed, else name → array; and the
+        chart, a ``matplotlib`` figure.
     """
     given, start = locals(), perf_counter()  # the knobs have their names in ``variants``
     import numpy as np
@@ -99,5 +91,5 @@ def accuracy(
     try:
         import pandas
     except ImportError:
-        return Accuracy(table, figure)
-    return Accuracy(pandas.DataFrame(table), figure)
+        return table, figure
+    return pandas.DataFrame(table), figure

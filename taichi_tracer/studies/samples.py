@@ -26,7 +26,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import PARTS
 
 CHUNK = 1 << 20  # samples of one call of a kernel
-MOST_SAMPLES = 100_000_000  # samples, which are counted within a minute or two
 MAP_SIZE = 256, 128  # cells of a map of directions
 UNIFORM, IMPORTANCE = "uniform", "importance"
 
@@ -151,12 +150,6 @@ def lamp_counts(
         take = Rows(_Choice(lamps).take, (2, 3, 3), (3, WHOLE, 1))
         found.append(counted(choice.name, take, count, size, seed, point, normal))
     return found
-
-
-def check_count(count: int) -> None:
-    """Raise an InputError for a number of samples that is not from 1 to ``MOST_SAMPLES``."""
-    if not 1 <= count <= MOST_SAMPLES:
-        raise InputError(f"samples: count must be from 1 to {MOST_SAMPLES:,}, not {count:,}")
 
 
 def lit_point(scene: SceneData, point=None) -> tuple[np.ndarray, np.ndarray]:

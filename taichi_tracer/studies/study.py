@@ -25,8 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from taichi_tracer.picture.adaptive import PILOT
-from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.picture.metrics import relative_rmse, shift_of
+from taichi_tracer.picture.metrics import shift_of
 from taichi_tracer.studies.variants import Bench, SceneFacts, Shot, Variant, Worker, reference_variant
 from taichi_tracer.system.errors import InputError
 
@@ -36,7 +35,6 @@ FURTHER_SHARE = 0.05  # of the budget: each reference of another look-up
 KNOB_SHARE = 0.25  # of the time of an estimator: what a variant gets in which another knob is turned
 TRIAL_SHARE = 0.05  # of the budget: what all variants render together in the short round that is not counted
 HALVINGS = 6  # a picture is compared after 1/2^6 of its time, and whenever that has doubled
-JUDGED = 2.0  # times the error of the reference: smaller errors cannot be measured
 REFERENCE_SEED, FIRST_SEED = 1_000_003, 1
 FIRST_SAMPLES = 16  # of a reference: they show how long a sample takes
 CHUNK = 0.5  # seconds of one call at most
@@ -199,40 +197,6 @@ def crossing(points: Sequence[Point], target: float) -> float:
     return float(np.exp(np.interp(math.log(target), np.maximum.accumulate(errors), seconds)))
 
 
-@dataclass
-class Reference:
-    """A reference: the picture, its own estimate of its relative error, and the variance of its pixels."""
-
-    image: np.ndarray
-    error: RelativeError
-    variance: np.ndarray
-    samples: int
-
-    @property
-    def least_error(self) -> float:
-        """Smaller errors cannot be separated from that of the reference."""
-        return JUDGED * float(self.error)
-
-    def error_of(self, image: np.ndarray) -> float:
-        """The relative RMSE of a picture, beyond that of the reference; NaN where it is too small to measure."""
-        measured = relative_rmse(image, self.image)
-        return math.sqrt(measured**2 - float(self.error) ** 2) if measured > self.least_error else math.nan
-
-    def scaled(self, scale: float) -> "Reference":
-        """The reference for a picture of fewer pixels: the means of blocks of its pixels."""
-        if scale == 1:
-            return self
-        n = round(1 / scale)
-        height, width = (s // n for s in self.image.shape[:2])
-        image, variance = (
-            values[: height * n, : width * n].reshape(height, n, width, n, 3).mean(axis=(1, 3))
-            for values in (self.image, self.variance / n**2)
-        )
-        factor = math.sqrt(variance.mean() / self.variance.mean()) if self.variance.mean() > 0 else 1.0
-        error = RelativeError(self.error * factor, self.error.low * factor, self.error.high * factor)
-        return Reference(image, error, variance, self.samples)
-
-
 class Study:
     """A study, which ``run`` measures.
 
@@ -270,15 +234,15 @@ class Study:
         self.workers: dict[tuple, Worker] = {}
         self.of_references: dict[str, Variant] = {}  # look-up → what its reference is rendered with
         self.curves: list[Curve] = []
-        self.references: dict[str, Reference] = {}
+        self.references: dict[str, Shot] = {}
         self.notes: list[str] = []
 
     @property
-    def reference(self) -> Reference:
+    def reference(self) -> Shot:
         """What the first variant is compared with."""
         return self.references[self.curves[0].variant.lookup]
 
-    def reference_of(self, variant: Variant) -> Reference:
+    def reference_of(self, variant: Variant) -> Shot:
         """What the pictures of a variant are compared with."""
         return self.references[variant.lookup].scaled(variant.scale)
 
@@ -400,7 +364,7 @@ class Study:
                 raise InputError(
                     f"accuracy: no light of {self.bench.scene} reaches the camera, so that there is no error to measure"
                 )
-            self.references[lookup] = Reference(shot.image, shot.error, shot.variance, shot.samples)
+            self.references[lookup] = shot
 
     def render_rounds(self) -> None:
         """Learn from a short round how long samples and comparisons take, then let all render for the same time."""

@@ -3,6 +3,7 @@
 They are rendered in a process of their own, or in a thread if the scene is the caller's.
 """
 
+import math
 import signal
 import sys
 import time
@@ -19,6 +20,7 @@ import taichi as ti
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.integrators import path_settings
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
@@ -264,8 +266,11 @@ def lives_here_alone() -> bool:
 # ── rendering ──
 
 
+JUDGED = 2.0  # times the error of the reference: smaller errors cannot be measured
+
+
 class Shot(NamedTuple):
-    """A picture in the making.
+    """A picture in the making, or a reference.
 
     Attributes:
         seconds: of the samples that were just added. samples: per pixel, all of this seed.
@@ -277,6 +282,30 @@ class Shot(NamedTuple):
     image: np.ndarray
     error: RelativeError
     variance: np.ndarray
+
+    @property
+    def least_error(self) -> float:
+        """Smaller errors cannot be separated from that of this reference."""
+        return JUDGED * float(self.error)
+
+    def error_of(self, image: np.ndarray) -> float:
+        """The relative RMSE of a picture, beyond that of this reference; NaN where it is too small to measure."""
+        measured = relative_rmse(image, self.image)
+        return math.sqrt(measured**2 - float(self.error) ** 2) if measured > self.least_error else math.nan
+
+    def scaled(self, scale: float) -> "Shot":
+        """The reference for a picture of fewer pixels: the means of blocks of its pixels."""
+        if scale == 1:
+            return self
+        n = round(1 / scale)
+        height, width = (s // n for s in self.image.shape[:2])
+        image, variance = (
+            values[: height * n, : width * n].reshape(height, n, width, n, 3).mean(axis=(1, 3))
+            for values in (self.image, self.variance / n**2)
+        )
+        factor = math.sqrt(variance.mean() / self.variance.mean()) if self.variance.mean() > 0 else 1.0
+        error = RelativeError(self.error * factor, self.error.low * factor, self.error.high * factor)
+        return self._replace(image=image, error=error, variance=variance)
 
 
 class Bench:
@@ -412,10 +441,10 @@ class Bench:
 _bench: Bench | None = None  # of this process
 
 
-def begin(is_process: bool, bench: Bench) -> None:
+def begin(bench: Bench) -> None:
     """Make this the bench of this process. A process leaves Ctrl-C to its parent, which then writes what is done."""
     global _bench
-    if is_process:
+    if not bench.here:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     for path in bench.parts:
         load_parts(path)
@@ -431,17 +460,14 @@ class Worker:
     """A ``Bench`` in a process of its own, or in a thread, for scenes and parts that no other process has."""
 
     def __init__(self, bench: Bench) -> None:
-        self.pool: Executor
-        if bench.here:
-            self.pool = ThreadPoolExecutor(1, initializer=begin, initargs=(False, bench))
-            self.ready = self.pool.submit(int)
-        else:
-            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (True, bench))
-            main = sys.modules["__main__"]
-            known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
-            vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
-            self.ready = self.pool.submit(int)  # starts it
-            vars(main).update(known)
+        main = sys.modules["__main__"]
+        known = {name: vars(main).get(name) for name in ("__spec__", "__file__")}
+        self.pool: Executor = ThreadPoolExecutor(1, initializer=begin, initargs=(bench,))
+        if not bench.here:
+            self.pool = ProcessPoolExecutor(1, get_context("spawn"), begin, (bench,))
+        vars(main).update(dict.fromkeys(known))  # the process does not run the program of the user once more
+        self.ready = self.pool.submit(int)  # starts it
+        vars(main).update(known)
 
     def ask(self, method: str, *words: Any) -> Future:
         """Call a method of the bench, after those that were asked for before."""

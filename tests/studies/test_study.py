@@ -7,8 +7,8 @@ import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import accuracy_report
-from taichi_tracer.studies.study import Curve, Point, Reference, Study, change, crossing, error_after, interval
-from taichi_tracer.studies.variants import Bench, SceneFacts, Variant
+from taichi_tracer.studies.study import Curve, Point, Study, change, crossing, error_after, interval
+from taichi_tracer.studies.variants import Bench, SceneFacts, Shot, Variant
 
 
 def test_an_interval_holds_the_true_value_in_95_of_100_studies():
@@ -65,7 +65,7 @@ def test_a_knob_that_takes_twice_the_time_costs_twice_the_time():
 )
 def test_best_is_claimed_only_where_intervals_do_not_overlap(other, words):
     image = np.ones((8, 8, 3))
-    truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
+    truth = Shot(1.0, 64, image, RelativeError(0.001, 0.0009, 0.0011), 0 * image)
     study = study_of([curve(1.0), curve(other, label="brdf", estimator="brdf")], truth)
     assert words in accuracy_report.headline(study)[0]
     text, page = "\n".join(accuracy_report.as_text(study)), accuracy_report.as_html(study)
@@ -85,7 +85,7 @@ def test_a_variant_is_below_what_can_be_judged_only_if_all_its_pictures_are():
 
 def test_a_mean_that_differs_by_more_than_noise_is_said():
     image = np.ones((8, 8, 3))
-    truth = Reference(image, RelativeError(0.001, 0.0009, 0.0011), 0 * image, 64)
+    truth = Shot(1.0, 64, image, RelativeError(0.001, 0.0009, 0.0011), 0 * image)
     right, wrong = curve(1.0), curve(2.0, label="brdf", estimator="brdf")
     right.bias, wrong.shift, wrong.bias = 3.5, -0.019, -7.2
     (line,) = accuracy_report.biases_of(study_of([right, wrong], truth))

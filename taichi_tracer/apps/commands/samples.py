@@ -22,7 +22,6 @@ TOP = 5  # lamps of each choice in the table
 
 def check(args: Namespace, is_environment: bool) -> None:
     """Raise an InputError for what cannot be sampled; the folder is made, and the pictures can be written there."""
-    samples.check_count(args.count)
     for name, value in (("point", args.point), ("normal", args.normal)):
         if value is not None and is_environment:
             raise InputError(f"--{name} belongs to a scene: {args.what} is an environment, the same from every point")

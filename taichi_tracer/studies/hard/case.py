@@ -44,15 +44,16 @@ def sphere(columns: int, rows: int, radius: float = 1.0, centre=(0.0, 0.0, 0.0))
     phi = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None, :]
     ring = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta) + 0 * phi, -np.sin(theta) * np.sin(phi)], axis=-1)
     vertices = np.concatenate([[[0, 1, 0]], ring.reshape(-1, 3), [[0, -1, 0]]])
-    k = np.arange(columns)
-    after = (k + 1) % columns
-    last = len(vertices) - 1
-    top = np.stack([0 * k, 1 + k, 1 + after], axis=1)
-    bottom = np.stack([last + 0 * k, last - columns + after, last - columns + k], axis=1)
-    r = np.arange(rows - 2)[:, None] * columns
-    a, b = (1 + r + k).ravel(), (1 + r + after).ravel()
-    upper, lower = np.stack([a, a + columns, b], axis=1), np.stack([b, a + columns, b + columns], axis=1)
-    return as_f32(vertices * radius + np.asarray(centre)), np.concatenate([top, upper, lower, bottom])
+    # Ids of a grid of vertices, in which each pole is a whole row: b right of a, c and d below them.
+    ids = np.vstack(
+        [[0] * columns, 1 + np.arange(len(vertices) - 2).reshape(-1, columns), [len(vertices) - 1] * columns]
+    )
+    after = np.roll(ids, -1, axis=1)
+    a, b, c, d = ids[:-1], after[:-1], ids[1:], after[1:]
+    upper, lower = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
+    middle = [half[1:-1].reshape(-1, 3) for half in (upper, lower)]
+    faces = np.concatenate([lower[0], *middle, np.roll(upper[-1], -1, axis=1)])
+    return as_f32(vertices * radius + np.asarray(centre)), faces
 
 
 def separate(triangles) -> tuple[np.ndarray, np.ndarray]:
