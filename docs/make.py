@@ -107,7 +107,8 @@ def leak_map(mode, size: int = 320) -> np.ndarray:
     Each pixel's ray is not sent through the pixel's centre but at the point of an edge that is nearest to what lies
     there: a regular ray would meet an edge once in millions.
     """
-    from taichi_tracer.studies.hard.case import SharedScene, as_f32
+    from taichi_tracer.contracts.lab import as_f32
+    from taichi_tracer.studies.hard.case import SharedScene
     from taichi_tracer.studies.hard.triangle_cases import ClosedSphere
 
     centre, radius = np.array([100.0, -33.0, 14.0]), 4.0

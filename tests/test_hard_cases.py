@@ -8,18 +8,17 @@ import pytest
 from support import start
 
 from taichi_tracer.apps import cli
+from taichi_tracer.contracts.lab import as_f32, sphere
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import (
     COUNTS,
     Promise,
     RayMode,
-    as_f32,
     box,
     edges_of,
     normals_of,
     promise_of,
-    sphere,
 )
 from taichi_tracer.studies.hard.triangle_cases import AxisParallel, ClosedSphere, Lattice, UnitTriangles, Windows
 

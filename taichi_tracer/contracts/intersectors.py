@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.lab import lattice, soup, sphere
+from taichi_tracer.contracts.lab import lattice, separate, soup, sphere
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system.parts import PARTS
@@ -66,8 +66,7 @@ def all_primitives(rng):
 
 def together(parts):
     """A mesh of (n, 3) corners of triangles, those of each part one after the other."""
-    vertices = np.concatenate(parts)
-    return Mesh(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
+    return Mesh(*separate(np.concatenate(parts)))
 
 
 def rays_of_all_kinds(rng, mesh, count):

@@ -104,25 +104,44 @@ def write(found: ti.template(), i, j, column: ti.template(), value):
         found[i, j, first] = ti.cast(value, kind)
 
 
-def sphere(columns=16, rows=9, radius=1.0, centre=(0, 0, 0)):
-    """A closed sphere with its poles on the y axis; 2·columns·(rows − 1) triangles, fronts outside."""
-    import trimesh  # here, because it takes a second, and ``check`` needs no sphere
+def as_f32(values) -> np.ndarray:
+    """The nearest f32 numbers, as float64."""
+    return np.asarray(values, np.float32).astype(np.float64)
 
-    made = trimesh.creation.uv_sphere(radius, count=[rows, columns // 2])
-    return made.vertices[:, [1, 2, 0]] + np.asarray(centre, float), made.faces.astype(np.int32)
+
+def separate(triangles) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3, 3) corners as a mesh whose triangles share no vertex."""
+    vertices = as_f32(triangles).reshape(-1, 3)
+    return vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+
+
+def sphere(columns=16, rows=9, radius=1.0, centre=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """A closed sphere of 2·columns·(rows − 1) triangles, fronts outside, poles on the y axis."""
+    theta = np.linspace(0, np.pi, rows + 1)[1:-1, None]
+    phi = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None, :]
+    ring = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta) + 0 * phi, -np.sin(theta) * np.sin(phi)], axis=-1)
+    vertices = np.concatenate([[[0, 1, 0]], ring.reshape(-1, 3), [[0, -1, 0]]])
+    # Ids of a grid of vertices, in which each pole is a whole row: b right of a, c and d below them.
+    ids = np.vstack(
+        [[0] * columns, 1 + np.arange(len(vertices) - 2).reshape(-1, columns), [len(vertices) - 1] * columns]
+    )
+    after = np.roll(ids, -1, axis=1)
+    a, b, c, d = ids[:-1], after[:-1], ids[1:], after[1:]
+    upper, lower = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
+    middle = [half[1:-1].reshape(-1, 3) for half in (upper, lower)]
+    faces = np.concatenate([lower[0], *middle, np.roll(upper[-1], -1, axis=1)])
+    return as_f32(vertices * radius + np.asarray(centre)), faces
 
 
 def soup(rng, count, size=0.3):
     """Random triangles in a unit cube."""
     centre = rng.uniform(-1, 1, (count, 1, 3))
-    vertices = (centre + rng.normal(size=(count, 3, 3)) * size).reshape(-1, 3)
-    return vertices, np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    return separate(centre + rng.normal(size=(count, 3, 3)) * size)
 
 
 def lattice(rng, count):
     """Triangles with small integer corners: many ties, shared edges and exact hits."""
-    vertices = rng.integers(-2, 3, (3 * count, 3)).astype(float)
-    return vertices, np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    return separate(rng.integers(-2, 3, (count, 3, 3)))
 
 
 SQUARE = (np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float), np.array([[0, 1, 2], [0, 2, 3]], np.int32))

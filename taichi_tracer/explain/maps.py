@@ -88,8 +88,8 @@ class MapRenderer(ProgressiveRenderer):
         return cast(WorkMap, self.active)
 
     @property
-    def measured(self) -> Integrator:
-        """The integrator that is measured: this renderer's copy."""
+    def explained(self) -> Integrator:
+        """The integrator that is measured, and whose samples ``explain`` explains: this renderer's copy."""
         if self._of not in self._measured:
             self._measured[self._of] = copy.copy(PARTS.find("integrator", self._of))
         found = self._measured[self._of]
@@ -98,14 +98,9 @@ class MapRenderer(ProgressiveRenderer):
         return found
 
     @property
-    def explained(self) -> Integrator:
-        """What ``explain`` explains: the sample that is measured."""
-        return self.measured
-
-    @property
     def needs_light(self) -> bool:
         """Whether what is measured shows nothing in a scene without light."""
-        return self.measured.needs_light
+        return self.explained.needs_light
 
     def values(self) -> dict[str, Any]:
         """What is measured, and how long its paths are."""
@@ -113,7 +108,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
-        return NameControl("of", self.of, names_of_measured()), *self.measured.controls()
+        return NameControl("of", self.of, names_of_measured()), *self.explained.controls()
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``controls``."""
@@ -122,15 +117,15 @@ class MapRenderer(ProgressiveRenderer):
         elif name == "of":
             self.of = value
         else:
-            self.measured.change(name, value)
+            self.explained.change(name, value)
 
     def state(self) -> tuple:
         """Everything that the picture depends on."""
-        return (*super().state(), self._of, self.measured.version)
+        return (*super().state(), self._of, self.explained.version)
 
     def begin(self) -> None:
         """Start the picture again."""
-        self.measured.prepare(self.scene_data, self.camera)
+        self.explained.prepare(self.scene_data, self.camera)
         super().begin()
 
     @property
@@ -142,10 +137,10 @@ class MapRenderer(ProgressiveRenderer):
 
     def sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
         """What a sample of the measured picture is made of; the map in use counts what it does, or leaves it."""
-        parts, number = super().sample_parts(scene, self.measured), self.map.number
+        parts, number = super().sample_parts(scene, self.explained), self.map.number
         if number is None:
             return parts
-        return recent(self._parts, KEPT_FORMS, (number, self.measured, scene), lambda: counted(parts, number))
+        return recent(self._parts, KEPT_FORMS, (number, self.explained, scene), lambda: counted(parts, number))
 
     # ── the picture ──
 
@@ -192,7 +187,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on."""
-        return {**super().facts(), "map_of": self.of, **self.measured.facts()}
+        return {**super().facts(), "map_of": self.of, **self.explained.facts()}
 
 
 def find_measured(name: str) -> str:

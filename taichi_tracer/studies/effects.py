@@ -49,20 +49,19 @@ class CompiledVariant:
     high: float = 1.0
 
 
-def with_one_more(scene: SceneData) -> dict[str, Effects]:
-    """Name → the scene's effects and one that it does not call for."""
+# What a table calls an effect that is not compiled → the attribute of ``Effects`` in which it differs from all.
+ATTRIBUTES = {"look-up": "environment", "emitters": "emitters", "shadow rays": "blockers", "light and BRDF": "scatters"}
+
+
+def with_one_more(scene: SceneData, every: Effects) -> dict[str, Effects]:
+    """Name → the scene's effects and one of all that it does not call for."""
     effects, variants = scene.effects, {}
     for i, brdf in enumerate(scene.material_library.brdfs):
         if i not in effects.brdfs and set(brdf.parameters) <= set(scene.material_library.members):
             variants[brdf.name] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
-    if effects.environment in ("black", "constant"):
-        variants["look-up"] = replace(effects, environment="image")
-    if not effects.emitters:
-        variants["emitters"] = replace(effects, emitters=True)
-    if effects.is_lit and effects.blockers != "all":
-        variants["shadow rays"] = replace(effects, blockers="all")
-    if effects.is_lit and not effects.scatters:
-        variants["light and BRDF"] = replace(effects, scatters=True)
+    for name, attribute in ATTRIBUTES.items():
+        if getattr(effects, attribute) != getattr(every, attribute):
+            variants[name] = replace(effects, **{attribute: getattr(every, attribute)})
     return variants
 
 
@@ -88,7 +87,7 @@ def measure(
         complete: the same scene, made with ``effects="all"``.
     """
     usual, size = renderer_of(estimator), (width, height)
-    more = with_one_more(scene)
+    more = with_one_more(scene, complete.effects)
     renderers = {name: usual(scene, *size, sampler=sampler).use(estimator) for name in (USUAL, *more)}
     renderers[EVERYTHING] = usual(complete, *size, sampler=sampler).use(estimator)
     for name, effects in more.items():

@@ -28,38 +28,9 @@ from taichi_tracer.system.parts import PARTS, replaced
 # ── meshes ──
 
 
-def as_f32(values) -> np.ndarray:
-    """The nearest f32 numbers, as float64."""
-    return np.asarray(values, np.float32).astype(np.float64)
-
-
 def unit_rows(vectors: np.ndarray) -> np.ndarray:
     """(n, 3) vectors of length 1."""
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
-def sphere(columns: int, rows: int, radius: float = 1.0, centre=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
-    """A closed sphere of 2·columns·(rows − 1) triangles, fronts outside, poles on the y axis."""
-    theta = np.linspace(0, np.pi, rows + 1)[1:-1, None]
-    phi = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None, :]
-    ring = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta) + 0 * phi, -np.sin(theta) * np.sin(phi)], axis=-1)
-    vertices = np.concatenate([[[0, 1, 0]], ring.reshape(-1, 3), [[0, -1, 0]]])
-    # Ids of a grid of vertices, in which each pole is a whole row: b right of a, c and d below them.
-    ids = np.vstack(
-        [[0] * columns, 1 + np.arange(len(vertices) - 2).reshape(-1, columns), [len(vertices) - 1] * columns]
-    )
-    after = np.roll(ids, -1, axis=1)
-    a, b, c, d = ids[:-1], after[:-1], ids[1:], after[1:]
-    upper, lower = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
-    middle = [half[1:-1].reshape(-1, 3) for half in (upper, lower)]
-    faces = np.concatenate([lower[0], *middle, np.roll(upper[-1], -1, axis=1)])
-    return as_f32(vertices * radius + np.asarray(centre)), faces
-
-
-def separate(triangles) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3, 3) corners as a mesh whose triangles share no vertex."""
-    vertices = as_f32(triangles).reshape(-1, 3)
-    return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
 def join(meshes) -> tuple[np.ndarray, np.ndarray]:
@@ -230,7 +201,6 @@ def promise_of(mode: RayMode) -> Promise:
 # ── cases ──
 
 
-LAST_XI = 1 - 2.0**-24  # the largest random number
 ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by and still hit it, see ``false_hits``
 
 

@@ -20,6 +20,8 @@ from taichi_tracer.brdfs.rough_layer import LAYER_F0, LEAST
 from taichi_tracer.camera import Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.contracts.brdfs import Bench
+from taichi_tracer.contracts.lab import separate, sphere
+from taichi_tracer.contracts.statistics import LAST
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.lights.point_light import PointLight
@@ -34,14 +36,11 @@ from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import (
     EVERYWHERE,
     LARGE,
-    LAST_XI,
     USUAL,
     box,
     join,
     renderer_case,
     scene_without_warnings,
-    separate,
-    sphere,
 )
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -317,7 +316,7 @@ LENGTH_ERROR = 16  # ε: what the length of a direction, or the weight of a whit
 MOST_ENERGY = 1.01  # of what a white surface receives: as much may be reflected, and the rounding of many sums is less
 OF_BRDFS = "Ns 0 to 1e21, grazing, below the horizon, ξ = 0 and 1 − 2⁻²⁴"
 HEIGHTS = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)  # cosines of views
-XIS = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
+XIS = (0.0, 2.0**-24, 0.25, 0.5, LAST)
 
 
 def benches_of(materials: list[Material]) -> list[Bench]:

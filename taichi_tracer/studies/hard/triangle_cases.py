@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from taichi_tracer.contracts.lab import as_f32, separate, sphere
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import (
     Case,
     CaseInScene,
     CaseRays,
-    as_f32,
     box,
     edges_of,
     false_hits,
@@ -17,8 +17,6 @@ from taichi_tracer.studies.hard.case import (
     normals_of,
     not_numbers,
     seconds_of,
-    separate,
-    sphere,
     unit_rows,
 )
 

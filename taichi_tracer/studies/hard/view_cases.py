@@ -2,26 +2,25 @@
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.camera import Camera
-from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.lab import WHOLE, Rows, sphere
+from taichi_tracer.contracts.lights import Bench
+from taichi_tracer.contracts.statistics import LAST
 from taichi_tracer.environment import Environment
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, group
-from taichi_tracer.lights import environment_light
-from taichi_tracer.ray import no_hit
+from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard.case import (
     EVERYWHERE,
     LARGE,
-    LAST_XI,
     renderer_case,
     scene_without_warnings,
-    sphere,
     unit_rows,
 )
 from taichi_tracer.system import runtime
@@ -93,28 +92,9 @@ def true_directions(eye, at, up, fov: float, width: int, height: int, within: fl
     return d / np.linalg.norm(d, axis=2, keepdims=True)
 
 
-@ti.data_oriented
-class _Lookups:
-    """Radiance, texel and density of directions, and samples, of an environment."""
-
-    def __init__(self, environment: Environment) -> None:
-        self.environment = environment
-        # Only its density and its samples are asked, which depend on no effect of a scene.
-        self.light = environment_light.EnvironmentLight(environment, effects=None)
-        self.light.prepare()
-
-    @ti.func
-    def look(self, d):
-        """u, v, row, column, pdf, radiance."""
-        u, v = self.environment.coords(d)
-        row, column = self.environment.texel_of(u, v)
-        return u, v, row, column, self.light.pdf(tm.vec3(0), d, no_hit()), self.environment.radiance(d).x
-
-    @ti.func
-    def draw(self, xi):
-        """Direction, pdf, radiance from there."""
-        d, pdf = self.light.sample_direction(xi)
-        return d, pdf, self.environment.radiance(d).x
+def lit_by(environment: Environment) -> Bench:
+    """The light of an environment, to be asked."""
+    return Bench(EnvironmentLight(environment, SimpleNamespace(environment="image")))
 
 
 def axes_and_seam() -> np.ndarray:
@@ -145,10 +125,17 @@ def environment_directions(found, epsilon):
     u and v must be in [0, 1], and those of float64 but for rounding; the texel exists, and has light.
     """
     width, height = 64, 32
-    lookups = _Lookups(Environment(np.random.default_rng(8).uniform(0.1, 1, (height, width, 3))))
+    environment = Environment(np.random.default_rng(8).uniform(0.1, 1, (height, width, 3)))
+
+    @ti.func
+    def look(direction):
+        u, v = environment.coords(direction)
+        row, column = environment.texel_of(u, v)
+        return u, v, row, column
+
     d = axes_and_seam().astype(np.float64)
-    answers = Rows(lookups.look, (3,), (1, 1, WHOLE, WHOLE, 1, 1))(d)
-    u, v, row, column, pdf, radiance = answers
+    u, v, row, column = places = Rows(look, (3,), (1, 1, WHOLE, WHOLE))(d)
+    pdf, radiance = lit_by(environment).values((0, 0, 0), d)
     true_u = (0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi)) % 1.0
     true_v = 0.5 + np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi
     apart = np.abs(u - true_u)
@@ -158,8 +145,8 @@ def environment_directions(found, epsilon):
     v_off = np.abs(v - true_v) > 2 * math.sqrt(epsilon)
     outside = (u < 0) | (u > 1) | (v < 0) | (v > 1)
     outside |= (row < 0) | (row >= height) | (column < 0) | (column >= width)
-    dark = ~(pdf > 0) | ~(radiance > 0)
-    found.add(u_off | v_off | outside | dark, int(np.isnan(answers).any(axis=0).sum()))
+    dark = ~(pdf > 0) | ~(radiance > 0).all(axis=1)
+    found.add(u_off | v_off | outside | dark, int(np.isnan([*places, pdf, *radiance.T]).any(axis=0).sum()))
 
 
 def pictures_with_extremes() -> list[tuple[np.ndarray, float]]:
@@ -182,11 +169,12 @@ def environment_light_of_extremes(found, epsilon):
     black picture has no distribution at all. ξ = 0 and the last ξ before 1 must not fall off the ends. Every sample has
     unit length and a density; it finds light; light over density is the same everywhere.
     """
-    edge = (0.0, 2.0**-24, 0.5, LAST_XI)
+    edge = (0.0, 2.0**-24, 0.5, LAST)
     rng = np.random.default_rng(9)
-    xi = np.concatenate([list(itertools.product(edge, edge)), rng.uniform(0, LAST_XI, (4000, 2))]).astype(np.float32)
+    xi = np.concatenate([list(itertools.product(edge, edge)), rng.uniform(0, LAST, (4000, 2))]).astype(np.float32)
     for picture, brightest in pictures_with_extremes():
-        d, pdf, radiance = Rows(_Lookups(Environment(picture)).draw, (2,), (3, 1, 1))(xi)
+        d, _, colour, pdf = lit_by(Environment(picture)).sample((0, 0, 0), xi)
+        radiance = colour[:, 0]
         length = np.abs(np.linalg.norm(d, axis=1) - 1) > 8 * epsilon
         nan = np.isnan(d).any(axis=1) | np.isnan(pdf) | np.isnan(radiance)
         found.add(length | ~(pdf > 0), int(nan.sum()))
