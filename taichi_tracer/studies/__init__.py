@@ -65,11 +65,14 @@ def accuracy(
     from taichi_tracer.files.disk import replace_file
     from taichi_tracer.studies import accuracy_report, variants
     from taichi_tracer.studies.study import Study
-    from taichi_tracer.studies.variants import Bench, lives_here_alone
+    from taichi_tracer.studies.variants import Bench
     from taichi_tracer.system import runtime
+    from taichi_tracer.system.parts import PARTS, assigned
 
     knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
-    bench = Bench(scene, environment, size, here=lives_here_alone())
+    # Parts, or methods in place of the package's, that another process would not find.
+    has_own = bool(assigned()) or not all(map(PARTS.comes_with_package, PARTS.everything()))
+    bench = Bench(scene, environment, size, here=has_own)
     if bench.here:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}

@@ -49,8 +49,7 @@ def headline(study: Study) -> list[str]:
     seconds = f"after {in_seconds(study.equal_seconds)} of rendering"
     below = [c.label for c in study.main if c not in known]
     if below:
-        is_or_are = "have errors" if len(below) > 1 else "has an error"
-        found = [f"{' and '.join(below)} {is_or_are} below {percent(study.reference.least_error)} {seconds}."]
+        found = [f"The error of {' and '.join(below)} is below {percent(study.reference.least_error)} {seconds}."]
         return [*found, *(f"{c.label} has {percent(c.error.value)} then." for c in known[-1:])]
     best, *others = known
     alike = [c for c in others if not best.error.high < c.error.low]  # the intervals overlap

@@ -19,6 +19,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.columns import in_columns
+from taichi_tracer.studies.study import Interval
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.errors import digits
 
@@ -37,16 +38,14 @@ class CompiledVariant:
         compile_seconds: of the first sample, beyond the time of any other.
         milliseconds: median, of one sample of every pixel.
         is_equal: whether the picture is that of the first variant, bit for bit.
-        ratio, low, high: its time as a multiple of that of the first variant, and the 95 % interval.
+        ratio: its time as a multiple of that of the first variant.
     """
 
     name: str
     compile_seconds: float
     milliseconds: float
     is_equal: bool
-    ratio: float = 1.0
-    low: float = 1.0
-    high: float = 1.0
+    ratio: Interval = Interval(1.0, 1.0, 1.0)
 
 
 # What a table calls an effect that is not compiled → the attribute of ``Effects`` in which it differs from all.
@@ -104,19 +103,19 @@ def measure(
     found = []
     for name in renderers:
         middle, is_equal = statistics.median(seconds[name]), np.array_equal(pictures[name], pictures[USUAL])
-        ratios = ratio_of(seconds[name], seconds[USUAL])
-        found.append(CompiledVariant(name, first[name] - middle, 1e3 * middle, is_equal, *ratios))
+        ratio = ratio_of(seconds[name], seconds[USUAL])
+        found.append(CompiledVariant(name, first[name] - middle, 1e3 * middle, is_equal, ratio))
     return found
 
 
-def ratio_of(seconds: list[float], base: list[float]) -> tuple[float, float, float]:
-    """(median, low, high) of the ratios of ``RUNS`` runs that took turns.
+def ratio_of(seconds: list[float], base: list[float]) -> Interval:
+    """The median of the ratios of ``RUNS`` runs that took turns.
 
     The median of all lies between the second smallest and the second largest of nine ratios with a probability of 96 %:
     it is improbable, 20 of 2⁹, that at most one of them falls on one side of it.
     """
     ratios = sorted(a / b for a, b in zip(seconds, base, strict=True))
-    return statistics.median(ratios), ratios[1], ratios[-2]
+    return Interval(statistics.median(ratios), ratios[1], ratios[-2])
 
 
 def timed(renderer: ProgressiveRenderer, spp: int) -> float:
@@ -127,11 +126,12 @@ def timed(renderer: ProgressiveRenderer, spp: int) -> float:
     return time.perf_counter() - start
 
 
-def in_words(v: CompiledVariant) -> str:
+def in_words(ratio: Interval) -> str:
     """How much longer a sample takes, with the 95 % interval; or that the difference may be noise."""
-    if not v.low <= 1 <= v.high:
-        return f"× {v.ratio:.2f} ({v.low:.2f} to {v.high:.2f})"
-    return "the same" if v.high / v.low < SAME else f"noise ({v.low:.2g} to {v.high:.2g})"
+    value, low, high = ratio
+    if not low <= 1 <= high:
+        return f"× {value:.2f} ({low:.2f} to {high:.2f})"
+    return "the same" if high / low < SAME else f"noise ({low:.2g} to {high:.2g})"
 
 
 def table(variants: list[CompiledVariant], reasons: Sequence[tuple[str, bool, str]] = ()) -> list[str]:
@@ -147,7 +147,7 @@ def table(variants: list[CompiledVariant], reasons: Sequence[tuple[str, bool, st
         row = {"effect": name, "compiled": "yes" if is_on else "no", "compiling takes": "", "time of a sample": ""}
         if name in measured:
             v = measured[name]
-            time_of_sample = f"{v.milliseconds:.2f} ms" if v is variants[0] else in_words(v)
+            time_of_sample = f"{v.milliseconds:.2f} ms" if v is variants[0] else in_words(v.ratio)
             row["compiling takes"] = f"{digits(v.compile_seconds, '.2f')} s"
             row["time of a sample"] = time_of_sample if v.is_equal else "DIFFERENT PICTURE"
         rows.append(row | {"why": text})

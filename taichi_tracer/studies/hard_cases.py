@@ -25,6 +25,7 @@ from taichi_tracer.studies.hard.case import (
     DEFAULT,
     EVERYWHERE,
     LARGE,
+    OWN_TEST,
     QUICK,
     REFERENCE,
     RENDERER_CASES,
@@ -36,7 +37,6 @@ from taichi_tracer.studies.hard.case import (
     RayMode,
     RendererCase,
     SharedScene,
-    all_modes,
     promise_of,
     seconds_of,
 )
@@ -60,7 +60,7 @@ from taichi_tracer.studies.hard.triangle_cases import (
     Windows,
 )
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts import PARTS
+from taichi_tracer.system.parts import PARTS, replaced
 
 
 @dataclass(frozen=True)
@@ -142,6 +142,7 @@ def renderer_cases(level: str, precision: str) -> list[RendererCase]:
 # ── all cases ──
 
 
+PLAIN = "bvh"  # a hierarchy that is built in Python, triangle by triangle
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000  # a run of so many takes about 10 ms
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
@@ -216,13 +217,26 @@ class SuiteResult:
 
 
 def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
-    """The modes of a level, in the precisions that a backend has; in part, no fast_math, and no brute force in f64."""
-    modes = all_modes(with_plain=LEVELS[level].has_plain)
-    if arch not in ("auto", *runtime.F64_ARCHS):
-        modes = [mode for mode in modes if mode.precision == "f32"]
-    if LEVELS[level].is_whole:
-        return modes
-    return [m for m in modes if not m.fast_math and (m.precision == "f32" or not m.tries_everything)]
+    """The modes of a level, in the precisions that a backend has.
+
+    Those of one start of Taichi stand together, and brute force is the first of them, which the others must equal. In
+    part, there is no fast_math, and no brute force in f64.
+    """
+    size = LEVELS[level]
+    known = [part for part in PARTS.all("intersector") if size.has_plain or part.name != PLAIN]
+    intersectors = sorted(known, key=lambda part: part.name != REFERENCE)
+    # These decide by themselves what a hit on a triangle is, so that no triangle test is asked.
+    own = [part.name for part in intersectors if "intersect_triangle" in replaced(part)]
+    tests = PARTS.names("triangle test")
+    ways = [(test, part.name) for test in tests for part in intersectors if part.name not in own]
+    modes = [
+        RayMode(test, precision, fast_math, intersector)
+        for fast_math in ((False, True) if size.is_whole else (False,))
+        for precision in runtime.PRECISIONS
+        if precision == "f32" or arch in ("auto", *runtime.F64_ARCHS)
+        for test, intersector in [*ways, *((OWN_TEST, name) for name in own)]
+    ]
+    return [mode for mode in modes if size.is_whole or mode.precision == "f32" or not mode.tries_everything]
 
 
 def run(

@@ -60,11 +60,6 @@ class Counts:
         share = self.lamps[self.lamps > 0] / self.lamps.sum()
         return float(2.0 ** -(share * np.log2(share)).sum())
 
-    def top(self, most: int) -> list[tuple[int, float]]:
-        """(lamp, share) of those that were chosen most often."""
-        order = np.argsort(-self.lamps, kind="stable")[:most]
-        return [(int(i), float(self.lamps[i] / self.lamps.sum())) for i in order if self.lamps[i] > 0]
-
 
 def cells_of(directions: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """(rows, columns) how many of (n, 3) unit directions are in each cell of a map, the top row first."""
@@ -215,8 +210,8 @@ def top_table(found: list[Counts], scene: SceneData, most: int) -> list[str]:
     """Lines of text: the lamps that each choice takes most often, by their ids and materials."""
     table, rows = scene.lamps.table, []
     for one in found:
-        for lamp, share in one.top(most):
-            name = scene.materials[table.materials[lamp]].name
+        for lamp in np.argsort(-one.lamps, kind="stable")[: min(most, np.count_nonzero(one.lamps))]:
+            name, share = scene.materials[table.materials[lamp]].name, one.lamps[lamp] / one.lamps.sum()
             rows.append({"choice": one.name, "lamp": str(table.ids[lamp]), "share": f"{share:.2%}", "material": name})
     return in_columns(rows)
 

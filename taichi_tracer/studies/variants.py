@@ -29,7 +29,7 @@ from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.studies.columns import describe_machine
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.parts import PARTS, assigned, load_parts
+from taichi_tracer.system.parts import PARTS, load_parts
 
 # ── variants ──
 
@@ -256,11 +256,6 @@ def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]
     """The pixels of an environment, and its options, unless others are given."""
     own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
     return environment.pixels, own | options
-
-
-def lives_here_alone() -> bool:
-    """Whether this process has parts, or methods in place of the package's, that another process would not find."""
-    return bool(assigned()) or not all(map(PARTS.comes_with_package, PARTS.everything()))
 
 
 # ── rendering ──

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_tracer.studies.effects import CompiledVariant, ratio_of, table
+from taichi_tracer.studies.study import Interval
 
 
 def test_the_interval_of_a_ratio_holds_its_median_in_95_of_100_studies():
@@ -28,7 +29,8 @@ def test_the_interval_of_a_ratio_holds_its_median_in_95_of_100_studies():
 def test_a_table_says_what_is_noise(ratio, words):
     base, reasons = CompiledVariant("as it is", 1.0, 5.0, True), [("phong", False, "no triangle"), ("rays", True, "x")]
     _, _, phong, rays, wrong, *_ = table(
-        [base, CompiledVariant("phong", 1.0, 5.0, True, *ratio), CompiledVariant("all", 1.0, 5.0, False)], reasons
+        [base, CompiledVariant("phong", 1.0, 5.0, True, Interval(*ratio)), CompiledVariant("all", 1.0, 5.0, False)],
+        reasons,
     )
     assert phong.split("  ")[0] == "phong"
     assert words in phong

@@ -23,7 +23,7 @@ from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.system import runtime
-from taichi_tracer.system.parts import PARTS, replaced
+from taichi_tracer.system.parts import PARTS
 
 # ── meshes ──
 
@@ -76,7 +76,6 @@ def normals_of(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 OWN_TEST = "own"  # in place of a triangle test, where the intersector has an ``intersect_triangle`` of its own
-PLAIN = "bvh"  # a hierarchy that is built in Python, triangle by triangle
 REFERENCE = "brute_force"  # the intersector that all others must equal
 
 
@@ -121,27 +120,6 @@ class RayMode:
 
 
 DEFAULT = RayMode("watertight", "f32", False, "wide_bvh")  # what runs if nobody chooses and the scene is large
-
-
-def all_modes(with_plain: bool = False) -> list[RayMode]:
-    """Every mode, those of one start of Taichi together, and brute force first: the others must equal it.
-
-    Args:
-        with_plain: whether the hierarchy to be read is tried too, whose tree takes long to build.
-    """
-    known = [part for part in PARTS.all("intersector") if with_plain or part.name != PLAIN]
-    intersectors = sorted(known, key=lambda part: part.name != REFERENCE)
-    tests = PARTS.names("triangle test")
-    # These decide by themselves what a hit on a triangle is, so that no triangle test is asked.
-    own = [part.name for part in intersectors if "intersect_triangle" in replaced(part)]
-    ways = [(test, part.name) for test in tests for part in intersectors if part.name not in own]
-    ways += [(OWN_TEST, name) for name in own]
-    return [
-        RayMode(test, precision, fast_math, intersector)
-        for fast_math in (False, True)
-        for precision in runtime.PRECISIONS
-        for test, intersector in ways
-    ]
 
 
 # Counts that a case may find. None of them is measured against a tolerance that a mode could choose.
