@@ -31,7 +31,7 @@ from taichi_tracer.formulas.view import (
 )
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.compile_time import compile_time, element, inside_kernel, runs_in_kernels
+from taichi_tracer.system.compile_time import compile_time, element, inside_kernel, runs_in_kernels, variable
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.own_code.checks import fault
@@ -482,12 +482,7 @@ def point_within(jitter, xi):
     """
     if isinstance(jitter, (bool, int)):
         return given_or_drawn(xi) if jitter else tm.vec2(0.5)
-    return _centre_or(jitter, given_or_drawn(xi))
-
-
-@ti.func
-def _centre_or(jitter, point):
-    return ti.select(jitter != 0, point, tm.vec2(0.5))
+    return variable(ti.select(jitter != 0, given_or_drawn(xi), tm.vec2(0.5)))
 
 
 @compile_time
@@ -505,10 +500,4 @@ def through_pixel(method, pixel_x, pixel_y, jitter, xi):
     if takes_whole_numbers(method):
         return call_with_known_args(method, pixel_x, pixel_y)
     within = point_within(jitter, xi)
-    return call_with_known_args(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
-
-
-@ti.func
-def moved_within(pixel, within, axis: ti.template()):
-    """A coordinate of a point within a pixel, in pixels from the centre of the first pixel."""
-    return pixel + within[axis] - 0.5
+    return call_with_known_args(method, pixel_x + element(within, 0) - 0.5, pixel_y + element(within, 1) - 0.5)

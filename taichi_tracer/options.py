@@ -217,9 +217,8 @@ FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it
 def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> str:
     """What a ray that leaves a surface can hit, see ``Effects``. A student's code may find more: it is always asked."""
     test = PARTS.find("triangle test", triangle_test)
-    if replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer."):
-        return "all"
-    if mesh.placed is not None:
+    is_own = replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer.")
+    if is_own or mesh.placed is not None:
         return "all"
     if len(mesh.spheres) > 0:
         return "backs" if len(mesh.spheres) == 1 and len(mesh.faces) == 0 else "all"

@@ -20,7 +20,7 @@ from taichi_tracer.renderer_parts import RendererParts
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import USUAL_LIGHT
 from taichi_tracer.system import compiling
-from taichi_tracer.system.compile_time import compile_time, one_at_a_time
+from taichi_tracer.system.compile_time import compile_time, one_at_a_time, variable
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.own_code.checks import values_of
@@ -90,14 +90,10 @@ class ProgressiveRenderer(RendererParts):
                 self._of_sample = None
         return integrator.radiance(scene, ray, hit, rng)
 
-    @ti.func
+    @compile_time
     def shade_ray(self, ray):
         """One sample of the integrator in use, in the handout's form: this method traces the ray itself (A2-9)."""
-        hit = self.scene_data.ray_intersector.query_segment(ray, 0.0, tm.inf)
-        return self._shade_hit(ray, hit)
-
-    @compile_time
-    def _shade_hit(self, ray, hit):
+        hit = variable(self.scene_data.ray_intersector.query_segment(ray, 0.0, tm.inf))
         in_a_kernel_of_your_own = self.kernel_scene(), RandomNumbers.of_this_kernel()
         scene, rng = self._of_sample or in_a_kernel_of_your_own
         return self.active.radiance(scene, ray, hit, rng)
@@ -135,10 +131,7 @@ class ProgressiveRenderer(RendererParts):
         """Take the samples ``first`` ≤ index < ``end`` of every pixel, several at once where few pixels take one."""
         while first < end:
             count = min(self.passes_at_once, end - first)
-            if count == 1:
-                self.add_sample(first)  # somebody's own ``add_sample`` may know an index only
-            else:
-                self.add_sample(first, count)
+            self.add_sample(first, count)
             first += count
 
     @one_at_a_time
@@ -200,6 +193,9 @@ class ProgressiveRenderer(RendererParts):
         self.reset()
         adapt_signature(type(self.active))
         self.active.prepare(self.scene_data, self.camera)
+        if self.replaced:  # such methods may read the values of any integrator
+            for integrator in self.offered():
+                self._own(integrator).prepare(self.scene_data, self.camera)
         self._shown = self.state()
 
     def begin_anew(self) -> None:

@@ -1,6 +1,5 @@
 """Rays and what they hit, inside kernels; and as arrays: what Python asks a scene, and its answers."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,6 @@ import taichi.math as tm
 from numpy.typing import ArrayLike
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.errors import InputError, digits, digits_of
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
@@ -244,75 +242,3 @@ def write_hit(hit, i, n, reals: ti.template(), whole: ti.template()):
     whole[n + i] = hit.triangle_id
     whole[2 * n + i] = hit.material_id
     whole[3 * n + i] = hit.is_backfacing
-
-
-class RayQueries:
-    """The questions that Python asks of a scene by rays; the scene has a ``ray_intersector``."""
-
-    ray_intersector: Any
-    check_alive: Callable[[], None]
-
-    @ti.func
-    def query_ray(self, ray):
-        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
-        return self.ray_intersector.query_ray(ray)
-
-    @one_at_a_time
-    def intersect(
-        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
-    ) -> RayHits:
-        """The nearest hit of every ray with t_min < t < t_max.
-
-        Args:
-            origins, directions: (N, 3) or (3,) arrays, or (…, 3); the members of the result have the shape of the
-                rays, such as (h, w) for the rays of a picture. A direction may have any length except 0; ``distance``
-                is in units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
-            t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
-        """
-        self.check_alive()
-        rays, shape = as_rays(origins, directions, t_min, t_max)
-        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype())
-        if len(hits) > 0:
-            self._intersect(*rays, reals, whole)
-        hits.is_hit = hits.is_hit.astype(bool)
-        hits.is_backfacing = hits.is_backfacing.astype(bool)
-        return hits.reshaped(shape)
-
-    @one_at_a_time
-    def occluded(
-        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
-    ) -> np.ndarray:
-        """(N,) bool, or in the rays' shape: whether each hits something with t_min < t < t_max; see ``intersect``."""
-        self.check_alive()
-        rays, shape = as_rays(origins, directions, t_min, t_max)
-        blocked = np.empty(len(rays[0]), np.int32)
-        if len(blocked) > 0:
-            self._occluded(*rays, blocked)
-        return blocked.astype(bool).reshape(shape)
-
-    @ti.kernel
-    def _intersect(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        t_min: ti.types.ndarray(ndim=1),
-        t_max: ti.types.ndarray(ndim=1),
-        reals: ti.types.ndarray(ndim=1),
-        whole: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(origins.shape[0]):
-            hit = self.ray_intersector.query_segment(ray_from(origins, directions, i), t_min[i], t_max[i])
-            write_hit(hit, i, origins.shape[0], reals, whole)
-
-    @ti.kernel
-    def _occluded(
-        self,
-        origins: ti.types.ndarray(ndim=2),
-        directions: ti.types.ndarray(ndim=2),
-        t_min: ti.types.ndarray(ndim=1),
-        t_max: ti.types.ndarray(ndim=1),
-        blocked: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(origins.shape[0]):
-            ray = ray_from(origins, directions, i)
-            blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])

@@ -106,10 +106,7 @@ class RayIntersector:
         """
         hit = no_hit()
         if ti.static("query_ray" in self.replaced):
-            from_there = Ray(origin=ray.origin, direction=ray.direction)
-            if t_min != 0:
-                from_there.origin = ray.at(t_min)
-            hit = self.query_ray(from_there)
+            hit = self.query_ray(Ray(origin=ray.at(t_min), direction=ray.direction))
             hit.distance += t_min
             if not (hit.is_hit and hit.distance < t_max):
                 hit = no_hit()
@@ -122,10 +119,7 @@ class RayIntersector:
         """Whether anything is hit with t_min < t < t_max."""
         blocked = False
         if ti.static("is_occluded" in self.replaced):
-            from_there = Ray(origin=ray.origin, direction=ray.direction)
-            if t_min != 0:
-                from_there.origin = ray.at(t_min)
-            blocked = self.is_occluded(from_there, t_max - t_min)
+            blocked = self.is_occluded(Ray(origin=ray.at(t_min), direction=ray.direction), t_max - t_min)
         elif ti.static("query_ray" in self.replaced):
             blocked = self.query_segment(ray, t_min, t_max).is_hit != 0
         else:

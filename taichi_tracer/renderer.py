@@ -130,12 +130,6 @@ class A1Renderer(ProgressiveRenderer):
         view: Any = self._own(PARTS.find("integrator", "distance"))
         view.max_distance = distance
 
-    def begin(self) -> None:
-        """Start the picture again; replaced methods may call ``shade_distance`` or read ``max_distance`` themselves."""
-        super().begin()
-        if self.replaced:
-            self._own(PARTS.find("integrator", "distance")).prepare(self.scene_data, self.camera)
-
     @compile_time
     def _view(self, name: str, hit_data):
         view = self._own(PARTS.find("integrator", name))
@@ -285,12 +279,6 @@ class A3Renderer(A2Renderer):
         """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
         self._one_sample.set(mis_plight, mis_pbrdf)
         return self
-
-    def begin(self) -> None:
-        """Start the picture again; replaced methods may read the weights themselves."""
-        super().begin()
-        if self.replaced:
-            self._one_sample.prepare(self.scene_data, self.camera)
 
     @property
     def _one_sample(self) -> Any:

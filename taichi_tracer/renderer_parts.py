@@ -102,7 +102,8 @@ class RendererParts(KnownAttributes, RenderedPicture):
             raise not_a_scene(type(self).__name__, scene_data)
         scene_data.check_alive()
         self.scene_data = scene_data
-        self.seed, self.first_sample = given["seed"], whole("first_sample", given["first_sample"])
+        self.seed = whole("seed", given["seed"])  # the same random numbers for the same seed
+        self.first_sample = whole("first_sample", given["first_sample"])
         self.camera = camera_of(given["camera"], width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
@@ -119,7 +120,8 @@ class RendererParts(KnownAttributes, RenderedPicture):
             self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
         self.sampler: Sampler = sampler_of(chosen, self.camera)
         self.shares = Shares(self.width, self.height, bool(self.adaptive))
-        self.film = self._make_film(given["crop"])
+        of = self.sampler  # what the estimate of the error needs to know
+        self.film = Film(self.width, self.height, given["crop"], of.replicated, self.is_random, of.doubles)
         self.replaced = replaced(self)
         self.eye_rays = self.make_eye_rays()
         self.own_shares = OwnShares(self)
@@ -133,20 +135,6 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self.unseen_light = UnseenLight(self)
         self.display = Display()
         self.use(given["integrator"] or self.first or self.offers[0].name)
-
-    @property
-    def seed(self) -> int:
-        """What the random numbers begin with: a whole number of 32 bits. Another one gives another picture."""
-        return self._seed
-
-    @seed.setter
-    def seed(self, number: int) -> None:
-        self._seed = whole("seed", number)
-
-    def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
-        """The film, with what the estimate of the error needs of this sampler."""
-        of = self.sampler
-        return Film(self.width, self.height, crop, of.replicated, self.is_random, of.doubles)
 
     def make_eye_rays(self) -> EyeRays:
         """What gives the kernel its rays and hits; a replaced ``shade_ray`` traces its rays itself."""

@@ -119,37 +119,29 @@ class BRDF(HandoutBrdf):
     def sample_direction(material, w_o, normal, xi: ti.template() = None):
         """w_i, drawn in proportion to the lobe around the normal (diffuse) or around ω_r (Phong) (A2-7)."""
         pair = given_or_drawn(xi)
-        w_i = DIFFUSE.sample(material, w_o, normal, pair)
-        if material.Ns > 1:
-            w_i = PHONG.sample(material, w_o, normal, pair)
-        return w_i
+        phong, diffuse = PHONG.sample(material, w_o, normal, pair), DIFFUSE.sample(material, w_o, normal, pair)
+        return ti.select(material.Ns > 1, phong, diffuse)
 
     @staticmethod
     @ti.func
     def evaluate_probability(material, w_o, w_i, normal):
         """The density of ``sample_direction`` at w_i, per solid angle."""
-        pdf = DIFFUSE.pdf(material, w_o, w_i, normal)
-        if material.Ns > 1:
-            pdf = PHONG.pdf(material, w_o, w_i, normal)
-        return pdf
+        phong, diffuse = PHONG.pdf(material, w_o, w_i, normal), DIFFUSE.pdf(material, w_o, w_i, normal)
+        return ti.select(material.Ns > 1, phong, diffuse)
 
     @staticmethod
     @ti.func
     def evaluate_brdf(material, w_o, w_i, normal):
         """f_r, without the cosine (A2-4)."""
-        f = DIFFUSE.eval(material, w_o, w_i, normal)
-        if material.Ns > 1:
-            f = PHONG.eval(material, w_o, w_i, normal)
-        return f
+        phong, diffuse = PHONG.eval(material, w_o, w_i, normal), DIFFUSE.eval(material, w_o, w_i, normal)
+        return ti.select(material.Ns > 1, phong, diffuse)
 
     @staticmethod
     @ti.func
     def evaluate_brdf_factor(material, w_o, w_i, normal):
         """f_r max(n·ω_i, 0) / pdf, cancelled (A2-8)."""
-        weight = DIFFUSE.weight(material, w_o, w_i, normal)
-        if material.Ns > 1:
-            weight = PHONG.weight(material, w_o, w_i, normal)
-        return weight
+        phong, diffuse = PHONG.weight(material, w_o, w_i, normal), DIFFUSE.weight(material, w_o, w_i, normal)
+        return ti.select(material.Ns > 1, phong, diffuse)
 
 
 DIFFUSE, PHONG = Diffuse(), Phong()

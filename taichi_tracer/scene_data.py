@@ -1,12 +1,12 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 
 from taichi_tracer.effects import Effects, derive
 from taichi_tracer.environment import load_background, load_environment
@@ -32,7 +32,7 @@ from taichi_tracer.options import (
     make_intersector,
     with_options,
 )
-from taichi_tracer.ray import RayQueries
+from taichi_tracer.ray import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
@@ -45,7 +45,7 @@ KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an ea
 
 
 @ti.data_oriented
-class SceneData(KnownAttributes, RayQueries):
+class SceneData(KnownAttributes):
     """Everything that rays can hit. The memory is freed together with the object, or by ``destroy``.
 
     Args:
@@ -67,7 +67,7 @@ class SceneData(KnownAttributes, RayQueries):
 
     @one_at_a_time
     @with_options(SceneOptions, SCENE_DEFAULTS)
-    def __init__(self, mesh: Mesh, **options: Unpack[SceneOptions]) -> None:
+    def __init__(self, mesh: "Mesh", **options: "Unpack[SceneOptions]") -> None:
         self.given_mesh, self.given = mesh, all_options("SceneData", options, SCENE_DEFAULTS)
         given = self.given
         chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
@@ -206,6 +206,75 @@ class SceneData(KnownAttributes, RayQueries):
     def materials(self) -> list[Material]:
         """The ``Material`` of every material id."""
         return self.material_library.materials
+
+    # ── questions of Python ──
+
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
+        return self.ray_intersector.query_ray(ray)
+
+    @one_at_a_time
+    def intersect(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> RayHits:
+        """The nearest hit of every ray with t_min < t < t_max.
+
+        Args:
+            origins, directions: (N, 3) or (3,) arrays, or (…, 3); the members of the result have the shape of the
+                rays, such as (h, w) for the rays of a picture. A direction may have any length except 0; ``distance``
+                is in units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
+            t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
+        """
+        self.check_alive()
+        rays, shape = as_rays(origins, directions, t_min, t_max)
+        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype())
+        if len(hits) > 0:
+            self._intersect(*rays, reals, whole)
+        hits.is_hit = hits.is_hit.astype(bool)
+        hits.is_backfacing = hits.is_backfacing.astype(bool)
+        return hits.reshaped(shape)
+
+    @one_at_a_time
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> np.ndarray:
+        """(N,) bool, or in the rays' shape: whether each hits something with t_min < t < t_max; see ``intersect``."""
+        self.check_alive()
+        rays, shape = as_rays(origins, directions, t_min, t_max)
+        blocked = np.empty(len(rays[0]), np.int32)
+        if len(blocked) > 0:
+            self._occluded(*rays, blocked)
+        return blocked.astype(bool).reshape(shape)
+
+    @ti.kernel
+    def _intersect(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        t_min: ti.types.ndarray(ndim=1),
+        t_max: ti.types.ndarray(ndim=1),
+        reals: ti.types.ndarray(ndim=1),
+        whole: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(origins.shape[0]):
+            hit = self.ray_intersector.query_segment(ray_from(origins, directions, i), t_min[i], t_max[i])
+            write_hit(hit, i, origins.shape[0], reals, whole)
+
+    @ti.kernel
+    def _occluded(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        t_min: ti.types.ndarray(ndim=1),
+        t_max: ti.types.ndarray(ndim=1),
+        blocked: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(origins.shape[0]):
+            ray = ray_from(origins, directions, i)
+            blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])
+
+    # ── its life ──
 
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the scene was made."""

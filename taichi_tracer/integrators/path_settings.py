@@ -86,18 +86,16 @@ class PathSettings:
 
     def controls(self) -> tuple[Control, ...]:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
-        of = self._values
-        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES)]
-        if of["max_bounces"] > 0 or of["bounces"] is not None:
-            shown = "all" if of["bounces"] is None else str(of["bounces"][0])
-            found += [NameControl("bounces", shown, ["all", *map(str, range(of["max_bounces"] + 1))])]
-        if of["max_bounces"] > 0:
-            found += [NameControl("roulette", of["roulette"], ROULETTES)]
-            q, is_by_throughput = of["rr_termination_probability"], of["roulette"] == "throughput"
-            if not is_by_throughput:
-                found += [Slider("rr_termination_probability", q, 0.0, MOST_SLIDER_Q)]
-            if q > 0 or is_by_throughput:
-                found += [Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES)]
+        of, bounces = self._values, self._values["bounces"]
+        shown = "all" if bounces is None else str(bounces[0])
+        found: list[Control] = [
+            Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES),
+            NameControl("bounces", shown, ["all", *map(str, range(of["max_bounces"] + 1))]),
+            NameControl("roulette", of["roulette"], ROULETTES),
+            Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES),
+        ]
+        if of["roulette"] == "course":
+            found.append(Slider("rr_termination_probability", of["rr_termination_probability"], 0.0, MOST_SLIDER_Q))
         return tuple(found)
 
     # ── in kernels ──

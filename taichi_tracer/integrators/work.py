@@ -15,7 +15,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import compile_time, variable
 from taichi_tracer.system.observed import observed, observed_scene
 from taichi_tracer.system.parts import register
 
@@ -119,12 +119,7 @@ def recording(
     tally: WorkTally, number: str, film: Any, record: Callable, x: Any, y: Any, value: Any, index: Any
 ) -> Any:
     """A sample ends; the film gets a number of its tally."""
-    return record(x, y, _grey(getattr(tally, number)), index)
-
-
-@ti.func
-def _grey(number):
-    return tm.vec3(ti.cast(number, float))
+    return record(x, y, variable(tm.vec3(ti.cast(getattr(tally, number), float))), index)
 
 
 def sending(tally: WorkTally, intersector: Any, is_occluded: Callable, *of: Any) -> Any:
