@@ -89,9 +89,8 @@ def is_legal(pose: Pose) -> bool:
     with np.errstate(over="ignore"):
         eye, at = pose.eye.astype(np.float32), pose.at.astype(np.float32)
         window = np.array([-1, 1, -1, 1] if pose.window is None else pose.window, np.float32)
-    if not (np.isfinite(eye).all() and np.isfinite(at).all() and np.isfinite(window).all()):
-        return False
-    if not (window[0] < window[1] and window[2] < window[3]):
+    is_finite = np.isfinite(eye).all() and np.isfinite(at).all() and np.isfinite(window).all()
+    if not (is_finite and window[0] < window[1] and window[2] < window[3]):
         return False
     try:
         camera_frame(eye.astype(np.float64), at.astype(np.float64), pose.up, pose.handedness)

@@ -87,10 +87,6 @@ class Environment(KnownAttributes):
         self.set_intensity(intensity)
         self.set_rotation(rotation)
 
-    def destroy(self) -> None:
-        """Free the memory now; the environment cannot be used afterwards."""
-        self._memory.free()
-
     def set_intensity(self, intensity: float) -> None:
         """Multiply all radiance by a finite number that is at least 0."""
         self._memory.check("environment")
@@ -294,14 +290,6 @@ class Background:
         self.pixels = checked(texels, what, "a background", "a colour")
         self.rows, self.columns = map(memory.varying, self.pixels.shape[:2])
         self._memory, (self.texels,) = memory.filled(self.pixels, indices=2)
-
-    def destroy(self) -> None:
-        """Free the memory now; the background cannot be used afterwards."""
-        self._memory.free()
-
-    def check_alive(self) -> None:
-        """Raise a StaleSceneError if Taichi was initialised again after the background was made."""
-        self._memory.check("background")
 
     @ti.func
     def between(self, pixel, pixels, texels: ti.template()):

@@ -98,8 +98,7 @@ class Material(metaclass=WithParameters):
             vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
         if isinstance(self.F0, (int, float)):
             vars(self)["F0"] = (float(self.F0),) * 3
-        extra = {key.lower(): tuple(np.ravel(value).tolist()) for key, value in self.extra.items()}
-        vars(self)["extra"] = extra
+        vars(self)["extra"] = {key.lower(): tuple(np.ravel(value).tolist()) for key, value in self.extra.items()}
         vars(self)["name"] = printable(str(self.name), keeps="")
         for name in COLORS:
             if not is_color(getattr(self, name)):

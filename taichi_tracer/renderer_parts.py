@@ -40,13 +40,6 @@ COMPENSATED = "light samples   of the light above the environment's mean: sample
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
 
 
-def not_a_scene(renderer: str, given: object) -> InputError:
-    """The error for what was given to a renderer in place of a scene; a name or a path is no scene yet."""
-    if isinstance(given, str | Path):
-        return InputError(f"{renderer}: {str(given)!r} is no scene yet: give load_scene_data({str(given)!r})")
-    return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
-
-
 def unknown_integrator(renderer: RendererParts, chosen: str) -> InputError:
     """The error for the name of what a renderer does not offer; it says which other does."""
     message = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
@@ -99,7 +92,10 @@ class RendererParts(KnownAttributes, RenderedPicture):
     ) -> None:
         given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
         if not isinstance(scene_data, SceneData):
-            raise not_a_scene(type(self).__name__, scene_data)
+            text = f"scene_data must be a scene, as load_scene_data returns it, not {scene_data!r}"
+            if isinstance(scene_data, str | Path):
+                text = f"{str(scene_data)!r} is no scene yet: give load_scene_data({str(scene_data)!r})"
+            raise InputError(f"{type(self).__name__}: {text}")
         scene_data.check_alive()
         self.scene_data = scene_data
         self.seed = whole("seed", given["seed"])  # the same random numbers for the same seed

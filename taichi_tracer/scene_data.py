@@ -216,7 +216,7 @@ class SceneData(KnownAttributes):
 
     @one_at_a_time
     def intersect(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
     ) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.
 
@@ -237,7 +237,7 @@ class SceneData(KnownAttributes):
 
     @one_at_a_time
     def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+        self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
     ) -> np.ndarray:
         """(N,) bool, or in the rays' shape: whether each hits something with t_min < t < t_max; see ``intersect``."""
         self.check_alive()

@@ -8,7 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.files.images import Picture
-from taichi_tracer.integrators.base import Control, Integrator, NameControl
+from taichi_tracer.integrators.base import Control, Integrator
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
@@ -108,7 +108,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
-        return NameControl("of", self.of, names_of_measured()), *self.explained.controls()
+        return Control("of", self.of, names=names_of_measured()), *self.explained.controls()
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``controls``."""

@@ -32,33 +32,20 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Slider:
-    """A number between two ends, which belong to it. It is whole if both ends are whole.
+class Control:
+    """A value that can be changed: a number between two ends, which belong to it, or one of several names.
 
     Attributes:
         name: of the value, for ``Integrator.change``.
+        low, high: the ends; the number is whole if both are whole.
+        names: what a button chooses one after another.
     """
 
     name: str
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class NameControl:
-    """One of several names, which a button chooses one after another.
-
-    Attributes:
-        name: of the value, for ``Integrator.change``.
-    """
-
-    name: str
-    value: str
-    names: Sequence[str]
-
-
-Control = Slider | NameControl
+    value: float | str
+    low: float = 0
+    high: float = 0
+    names: Sequence[str] = ()
 
 
 @ti.data_oriented

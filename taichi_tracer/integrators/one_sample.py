@@ -9,7 +9,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.base import Control, LiveNumbers, Slider
+from taichi_tracer.integrators.base import Control, LiveNumbers
 from taichi_tracer.integrators.direct_light import DirectLight, light_along, sample_of_lights
 from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import inside_kernel
@@ -65,7 +65,7 @@ class OneSampleMis(DirectLight):
 
     def controls(self) -> tuple[Control, ...]:
         """Both weights."""
-        return tuple(Slider(name, weight, 0.0, 1.0) for name, weight in zip(NAMES, self.weights, strict=True))
+        return tuple(Control(name, weight, 0.0, 1.0) for name, weight in zip(NAMES, self.weights, strict=True))
 
     def change(self, name: str, value: Any) -> None:
         """Change ``mis_plight`` or ``mis_pbrdf``; see ``set``."""

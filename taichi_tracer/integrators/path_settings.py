@@ -5,7 +5,7 @@ from typing import Any
 
 import taichi as ti
 
-from taichi_tracer.integrators.base import Control, LiveNumbers, NameControl, Slider
+from taichi_tracer.integrators.base import Control, LiveNumbers
 from taichi_tracer.settings import PATHS, name_of_bounces, usual_values
 from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
@@ -88,14 +88,14 @@ class PathSettings:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
         of, bounces = self._values, self._values["bounces"]
         shown = "all" if bounces is None else str(bounces[0])
-        found: list[Control] = [
-            Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES),
-            NameControl("bounces", shown, ["all", *map(str, range(of["max_bounces"] + 1))]),
-            NameControl("roulette", of["roulette"], ROULETTES),
-            Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES),
+        found = [
+            Control("max_bounces", of["max_bounces"], 0, MOST_BOUNCES),
+            Control("bounces", shown, names=["all", *map(str, range(of["max_bounces"] + 1))]),
+            Control("roulette", of["roulette"], names=ROULETTES),
+            Control("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES),
         ]
         if of["roulette"] == "course":
-            found.append(Slider("rr_termination_probability", of["rr_termination_probability"], 0.0, MOST_SLIDER_Q))
+            found.append(Control("rr_termination_probability", of["rr_termination_probability"], 0.0, MOST_SLIDER_Q))
         return tuple(found)
 
     # ── in kernels ──

@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
-from taichi_tracer.integrators.base import NameControl
+from taichi_tracer.integrators.base import Control
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms, in_words
 from taichi_tracer.settings import name_of_bounces
 
@@ -69,7 +69,7 @@ def test_controls_are_those_that_have_an_effect(settings):
     usual = ["max_bounces", "bounces", "roulette", "rr_start_bounce"]
     assert names(roulette="throughput") == usual
     assert names(roulette="course", max_bounces=0, bounces=(0, 0)) == [*usual, "rr_termination_probability"]
-    assert settings.controls()[1] == NameControl("bounces", "0", ["all", "0"])
+    assert settings.controls()[1] == Control("bounces", "0", names=["all", "0"])
 
 
 def test_a_path_goes_on_with_the_probability_of_the_roulette(settings):

@@ -16,7 +16,7 @@ from taichi_tracer.apps.pictures import OF_LIGHT, environment_name, renderers, s
 from taichi_tracer.environment import load_environment
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.disk import shipped_environments
-from taichi_tracer.integrators.base import Integrator, NameControl
+from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
@@ -229,7 +229,7 @@ class RendererState:
         if renderer.active.name == "distance" and (white := renderer.values().get("max_distance")) is not None:
             found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
         for control in renderer.controls():
-            if isinstance(control, NameControl):
+            if control.names:
                 found.append(as_names("estimator", control.name, control.value, list(control.names)))
             else:
                 is_whole = isinstance(control.low, int) and isinstance(control.high, int)
