@@ -278,7 +278,9 @@ class Geometry:
         self.n_triangles, self.n_spheres = varying(len(mesh.faces)), varying(len(mesh.spheres))
         self.n_primitives = varying(mesh.num_primitives)
         self.mesh, self.effects = mesh, effects
-        self.low, self.high = self._bounds()
+        points = self.hittable()[1] if mesh.placed is None else mesh.placed.points(mesh.placed.boxes(mesh))
+        points = points.reshape(-1, 3).astype(np.float64)
+        self.low, self.high = box_of(points if len(points) > 0 else np.zeros((1, 3)))
         self.corners = varying((tuple(self.low.tolist()), tuple(self.high.tolist())))  # the same, for kernels
         self.n_vertex_normals = len(mesh.normals)
         self.has_normals = effects.interpolated_normals or completes_normals
@@ -308,11 +310,6 @@ class Geometry:
         if effects.culling:
             memory, (self.culls,) = filled(np.asarray(mesh.face_culls, np.int32))
             self.memories.append(memory)
-
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        placed = self.mesh.placed
-        corners = self.hittable()[1] if placed is None else placed.points(placed.boxes(self.mesh))
-        return box_of(corners.reshape(-1, 3).astype(np.float64) if len(corners) > 0 else np.zeros((1, 3)))
 
     def sphere_boxes(self) -> np.ndarray:
         """(n, 6) low and high corner of the box of every sphere that a ray can hit, in the running precision."""

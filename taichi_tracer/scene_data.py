@@ -55,6 +55,7 @@ class SceneData(KnownAttributes):
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
         version: counts changes, so that a renderer knows when its samples belong to an older scene.
+        num_triangles, num_spheres: how many there are in all places, including those that no ray can hit.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
         shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
@@ -82,6 +83,9 @@ class SceneData(KnownAttributes):
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=4)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.version = given["effects"], 0
+        placed = mesh.placed
+        self.num_triangles = len(mesh.faces) if placed is None else placed.total(placed.faces)
+        self.num_spheres = len(mesh.spheres) if placed is None else placed.total(placed.spheres)
         self.shots: tuple = ()
         self.lights_of_file = len(mesh.lights)
         self.up_axis, self.ground = up_axis, given["ground"]
@@ -95,8 +99,8 @@ class SceneData(KnownAttributes):
         self.effects = derive(self, self._blockers)
         self.geometry = Geometry(mesh, self.effects, completes_normals=bool(replaced(chosen)))
         self._memories = [*self.geometry.memories, self.material_library.memory]
-        if mesh.placed is not None:
-            self.geometry.places = Places(mesh.placed, self.effects.spheres)
+        if placed is not None:
+            self.geometry.places = Places(placed, self.effects.spheres)
             self._memories.append(self.geometry.places.memory)
         if self.effects.textures:
             self.geometry.textures = Textures(mesh, self.geometry)
@@ -189,18 +193,6 @@ class SceneData(KnownAttributes):
         if self.lamps.count > 0:
             lines.append(f"{'lamp choice':<15} {self.lamps.choice.name}: one of {self.lamps.count:,} for each sample")
         return lines
-
-    @property
-    def num_triangles(self) -> int:
-        """The number of triangles, including those that no ray can hit."""
-        placed = self.mesh.placed
-        return self.geometry.n_triangles if placed is None else placed.total(placed.faces)
-
-    @property
-    def num_spheres(self) -> int:
-        """The number of spheres."""
-        placed = self.mesh.placed
-        return self.geometry.n_spheres if placed is None else placed.total(placed.spheres)
 
     @property
     def materials(self) -> list[Material]:
