@@ -9,7 +9,6 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.contracts.cameras import rays
 from taichi_tracer.contracts.intersectors import all_primitives
 from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import ABOVE_ZERO, check_near, check_range
@@ -22,10 +21,8 @@ def check_view(view):
     """Colours in [0, 1], the same each time; a miss is black."""
     scene = tt.SceneData(all_primitives(np.random.default_rng(20)))
     camera = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
-    y, x = np.mgrid[0:SIZE, 0:SIZE][:, ::-1]
-    ids = scene.intersect(*rays(camera, np.column_stack([x.ravel(), y.ravel()]))).triangle_id.reshape(SIZE, SIZE)
     renderer = tt.A1Renderer(scene, camera=camera).use(view)
-    image, non_finite = renderer.render().image(), renderer.non_finite
+    ids, image, non_finite = renderer.aov("triangle_id"), renderer.render().image(), renderer.non_finite
     assert non_finite == 0, f"{view.name}: {non_finite} pixels are not finite"
     of_triangles, missed = image[(ids >= 0) & ~np.isin(ids, scene.mesh.sphere_ids)], image[ids < 0]
     check_range(f"{view.name}: a colour", of_triangles, -ROUNDING, 1 + ROUNDING)

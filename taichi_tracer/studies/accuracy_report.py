@@ -92,9 +92,9 @@ def warnings_of(study: Study) -> list[str]:
 
 def about(study: Study) -> str:
     """The scene, the reference and the machine."""
-    width, height = study.bench.size
+    (width, height), rounds = study.bench.size, min(len(curve.rounds) for curve in study.curves)
     return (
-        f"{study.facts.title}, {width} × {height} pixels, {study.rounds} pictures of each variant. The reference has "
+        f"{study.facts.title}, {width} × {height} pixels, {rounds} pictures of each variant. The reference has "
         f"{study.reference.samples:,} samples per pixel and an error of {study.reference.error}: errors "
         f"below {percent(study.reference.least_error)} cannot be judged. Measuring took {study.seconds:.1f} s of a "
         f"budget of {study.budget:g} s; starting took {study.start_seconds:.1f} s, reading the scene "

@@ -247,11 +247,6 @@ class Study:
         return self.references[variant.lookup].scaled(variant.scale)
 
     @property
-    def rounds(self) -> int:
-        """How many pictures each variant rendered, at least."""
-        return min(len(curve.rounds) for curve in self.curves)
-
-    @property
     def equal_seconds(self) -> float:
         """Of rendering, of the last picture of every estimator."""
         return statistics.median(points[-1].seconds for curve in self.main for points in curve.rounds)

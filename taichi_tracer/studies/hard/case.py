@@ -4,7 +4,6 @@ Meshes are (vertices, faces), in float64 numbers that f32 holds exactly: every p
 """
 
 import timeit
-import warnings
 import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -17,7 +16,6 @@ import taichi.math as tm
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.formulas.triangles import stable_normal, unit
-from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import Ray, RayHits, offset_origin
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
@@ -279,12 +277,6 @@ class RendererCase:
     check: Callable[[CaseTally, float], None]
     cost: int = QUICK
 
-    def judge(self, epsilon: float) -> dict[str, float]:
-        """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
-        found = CaseTally()
-        self.check(found, epsilon)
-        return vars(found)
-
 
 RENDERER_CASES: list[RendererCase] = []  # in the order of their definition
 
@@ -377,13 +369,6 @@ def not_numbers(hits: RayHits) -> int:
     )
 
 
-def scene_without_warnings(mesh: Mesh, **options) -> SceneData:
-    """A scene of which some parts cannot be hit, or do not shine: that is what the case is about."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        return SceneData(mesh, **options)
-
-
 class SharedScene:
     """A scene that several cases share.
 
@@ -401,7 +386,7 @@ class SharedScene:
 
     def build(self, mode: RayMode) -> dict[str, CaseInScene]:
         """The scene in a mode, by case."""
-        scene = scene_without_warnings(mesh_from_arrays(*self.mesh), **mode.scene_options())
+        scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
         probe = Probe(scene)
         return {
             case.name: CaseInScene(scene, probe, int(first), *arrays)

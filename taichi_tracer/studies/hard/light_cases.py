@@ -7,7 +7,6 @@ energy; microfacets, textures without an extent, lights inside surfaces.
 import copy
 import itertools
 import math
-import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -40,7 +39,6 @@ from taichi_tracer.studies.hard.case import (
     box,
     join,
     renderer_case,
-    scene_without_warnings,
 )
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -111,9 +109,7 @@ def rendered(renderer: A4Renderer, way: str, spp: int) -> tuple[np.ndarray, np.n
     """(h, w, 3) mean, (h, w, 3) standard deviation of the mean, and how many samples or pixels are no numbers."""
     renderer.use(way)
     renderer.begin_anew()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a scene without light is what some cases are about
-        renderer.render(spp)
+    renderer.render(spp)
     image = renderer.image().astype(np.float64)
     deviation = np.sqrt(np.nan_to_num(renderer.film.variance_of_mean().astype(np.float64)))
     return image, deviation, int(renderer.non_finite + (~np.isfinite(image)).any(axis=2).sum())
@@ -243,7 +239,7 @@ def degenerate_lamps(found, epsilon):
     good = 2 + 3  # the triangle's number: two of the floor, and three broken ones, come before it
     truth = reflected(floor_points(9, 1.0), corners)
     for choice in PARTS.names("lamp choice"):
-        scene = scene_without_warnings(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
+        scene = SceneData(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
         renderer = path_renderer(scene, from_above(9, 1.0), sampler="independent")
         image, deviation, nan = rendered(renderer, "explicit", 256)
         found.add(np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon, nan)
@@ -258,7 +254,7 @@ def no_lamp_at_all(found, epsilon):
     must be black, in every way.
     """
     line = np.outer([0.0, 1, 2], [1.0, 1, 1]), np.array([[0, 1, 2]])
-    scene = scene_without_warnings(mesh_of([square(2), line], [FLOOR, lamp()]))
+    scene = SceneData(mesh_of([square(2), line], [FLOOR, lamp()]))
     renderer = A4Renderer(scene, camera=Camera(8, 8, eye=(0, 3, 0.1), at=(0, 0, 0)))
     for way in WAYS:
         image, _, nan = rendered(renderer, way, 4)

@@ -20,7 +20,6 @@ from taichi_tracer.studies.hard.case import (
     EVERYWHERE,
     LARGE,
     renderer_case,
-    scene_without_warnings,
     unit_rows,
 )
 from taichi_tracer.system import runtime
@@ -210,7 +209,7 @@ def shared(ball: Mesh, linear: np.ndarray, where: np.ndarray) -> SceneData:
     Args:
         linear: (n, 3, 3), or one for all. where: (n, 3).
     """
-    return scene_without_warnings(group([Instances(ball, places_at(linear, where))]), instances="shared")
+    return SceneData(group([Instances(ball, places_at(linear, where))]), instances="shared")
 
 
 @renderer_case("places: 1e-3 to 1e3 times as large, sheared, mirrored, 1e4 away")
