@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.environment import Environment
 from taichi_tracer.files.page import png_of
 from taichi_tracer.formulas.warps import uniform_sphere
@@ -68,27 +68,19 @@ def cells_of(directions: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return np.histogram2d(from_top, u, size[::-1], [(0, 1), (0, 1)])[0].astype(np.int64)
 
 
-@ti.data_oriented
-class _Choice:
-    """Samples of the lamps of a scene from a point."""
-
-    def __init__(self, lamps: Lamps) -> None:
-        self.lamps = lamps
-        lamps.prepare()
-
-    @ti.func
-    def take(self, xi, x, n):
-        """The direction, the lamp, and the light that arrives if nothing blocks it, over the density."""
-        lamp, _, _ = self.lamps.choice.choose(x, n, xi.x)
-        w_i, _, radiance, pdf = self.lamps.sample_from(x, n, xi)
-        return w_i, lamp, radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
+@ti.func
+def lamp_sample(lamps: ti.template(), xi, x, n):
+    """The direction, the lamp, and the light that arrives if nothing blocks it, over the density."""
+    lamp, _, _ = lamps.choice.choose(x, n, xi.x)
+    w_i, _, radiance, pdf = lamps.sample_from(x, n, xi)
+    return w_i, lamp, radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
 
 
 def counted(name: str, take: Rows, count: int, size: tuple[int, int], seed: int, *given) -> Counts:
     """The counts of a technique.
 
     Args:
-        take: two random numbers and what is ``given`` → direction; of lamps, see ``_Choice.take``.
+        take: two random numbers and what is ``given`` → direction; of lamps, see ``lamp_sample``.
         size: columns and rows of the map.
     """
     rng, cells, seconds = np.random.default_rng(seed), np.zeros(size[::-1], np.int64), 0.0
@@ -142,7 +134,8 @@ def lamp_counts(
     found = []
     for choice in PARTS.all("lamp choice"):
         lamps = Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided)
-        take = Rows(_Choice(lamps).take, (2, 3, 3), (3, WHOLE, 1))
+        lamps.prepare()
+        take = Rows(bound(lamp_sample, lamps), (2, 3, 3), (3, WHOLE, 1))
         found.append(counted(choice.name, take, count, size, seed, point, normal))
     return found
 

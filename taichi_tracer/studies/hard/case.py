@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.contracts.lab import WHOLE, Rows
+from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.formulas.triangles import stable_normal, unit
 from taichi_tracer.ray import Ray, RayHits, offset_origin
@@ -291,38 +291,29 @@ def renderer_case(name: str, cost: int = QUICK) -> Callable:
     return add
 
 
-@ti.data_oriented
-class Probe:
-    """Questions about single triangles that a scene is not asked from Python."""
+@ti.func
+def leave(geometry: ti.template(), triangle_id, barycentrics, d):
+    """Where a ray starts that leaves a triangle at (u, v), on the side that its direction points to."""
+    v0, v1, v2 = geometry.triangle(triangle_id)
+    p, error = geometry.position(triangle_id, barycentrics.x, barycentrics.y)
+    n = unit(stable_normal(v0, v1, v2))
+    return offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
 
-    def __init__(self, scene: SceneData) -> None:
-        self.geometry, self.intersector = scene.geometry, scene.ray_intersector
-        self.left, self.met = Rows(self.leave, (WHOLE, 2, 3), (3,)), Rows(self.meet, (3, 3, WHOLE), (1,))
 
-    @ti.func
-    def leave(self, triangle_id, barycentrics, d):
-        """Where a ray starts that leaves a triangle at (u, v), on the side that its direction points to."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        p, error = self.geometry.position(triangle_id, barycentrics.x, barycentrics.y)
-        n = unit(stable_normal(v0, v1, v2))
-        return offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
-
-    @ti.func
-    def meet(self, origin, direction, triangle_id):
-        """t of a ray on a triangle alone, as exact as that of a nearest hit; ∞ where it misses."""
-        ray = Ray(origin=origin, direction=direction)
-        hit = self.intersector.with_exact_distance(
-            ray, self.intersector.intersect_triangle(ray, triangle_id), 0.0, tm.inf
-        )
-        return ti.select(hit.is_hit, hit.distance, tm.inf)
+@ti.func
+def meet(intersector: ti.template(), origin, direction, triangle_id):
+    """t of a ray on a triangle alone, as exact as that of a nearest hit; ∞ where it misses."""
+    ray = Ray(origin=origin, direction=direction)
+    hit = intersector.with_exact_distance(ray, intersector.intersect_triangle(ray, triangle_id), 0.0, tm.inf)
+    return ti.select(hit.is_hit, hit.distance, tm.inf)
 
 
 class CaseInScene:
     """A case in the scene of its stage, in one mode: what the judge can ask."""
 
-    def __init__(self, scene: SceneData, probe: Probe, first: int, vertices: np.ndarray, faces: np.ndarray) -> None:
-        self.scene, self.probe, self.first = scene, probe, first
-        self.vertices, self.faces = vertices, faces
+    def __init__(self, scene: SceneData, left: Rows, met: Rows, first: int, case: Case) -> None:
+        self.scene, self.left, self.met, self.first = scene, left, met, first
+        self.vertices, self.faces = case.vertices, case.faces
         self.intersected = []
 
     def intersect(self, rays: CaseRays, **window) -> RayHits:
@@ -342,11 +333,11 @@ class CaseInScene:
 
     def meet(self, rays: CaseRays, ids: np.ndarray) -> np.ndarray:
         """t of every ray on one own triangle each, whatever lies before it; ∞ where it misses."""
-        return self.probe.met(rays.origins, rays.directions, ids + self.first)
+        return self.met(rays.origins, rays.directions, ids + self.first)
 
     def leave(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Origins of rays that leave own triangles."""
-        return self.probe.left(ids + self.first, barycentrics, directions)
+        return self.left(ids + self.first, barycentrics, directions)
 
 
 def false_hits(on: CaseInScene, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
@@ -379,19 +370,17 @@ class SharedScene:
 
     def __init__(self, name: str, cases: list[Case]) -> None:
         self.name, self.cases = name, cases
-        self.meshes = [case.build() for case in cases]
-        self.mesh = join(self.meshes)
-        self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
+        self.mesh = join([case.build() for case in cases])
+        self.firsts = np.cumsum([0] + [len(case.faces) for case in cases])[:-1]
         self.num_triangles = len(self.mesh[1])
 
     def build(self, mode: RayMode) -> dict[str, CaseInScene]:
         """The scene in a mode, by case."""
         scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
-        probe = Probe(scene)
-        return {
-            case.name: CaseInScene(scene, probe, int(first), *arrays)
-            for case, first, arrays in zip(self.cases, self.firsts, self.meshes, strict=True)
-        }
+        left = Rows(bound(leave, scene.geometry), (WHOLE, 2, 3), (3,))
+        met = Rows(bound(meet, scene.ray_intersector), (3, 3, WHOLE), (1,))
+        placed = zip(self.cases, self.firsts, strict=True)
+        return {case.name: CaseInScene(scene, left, met, int(first), case) for case, first in placed}
 
 
 def seconds_of(action: Callable[[], object], times: int = 3) -> float:

@@ -196,20 +196,15 @@ SIDES = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)  # fron
 RAYS = 2_000  # of each place
 
 
-def places_at(linear: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """(n, 4, 4) transforms."""
-    matrices = np.tile(np.eye(4), (len(where), 1, 1))
-    matrices[:, :3, :3], matrices[:, :3, 3] = linear, where
-    return matrices
-
-
 def shared(ball: Mesh, linear: np.ndarray, where: np.ndarray) -> SceneData:
     """The scene of an object that stands in several places and is in memory once.
 
     Args:
         linear: (n, 3, 3), or one for all. where: (n, 3).
     """
-    return SceneData(group([Instances(ball, places_at(linear, where))]), instances="shared")
+    transforms = np.tile(np.eye(4), (len(where), 1, 1))
+    transforms[:, :3, :3], transforms[:, :3, 3] = linear, where
+    return SceneData(group([Instances(ball, transforms)]), instances="shared")
 
 
 @renderer_case("places: 1e-3 to 1e3 times as large, sheared, mirrored, 1e4 away")
