@@ -31,30 +31,24 @@ class Sun:
     Attributes:
         directions: (n, 3) to the centres of its texels, in the scene. solid_angles: (n,) of the texels.
         radiance: (n,) of the texels, as the root mean square of the channels.
-        near: (ROWS, 2 ROWS) bool: which directions of the environment are near, row 0 at the zenith.
-        share: Ω_sun / Ω_near.
+        spots: (k, 3) directions to the parts of the sphere in which it lies. share: Ω_sun / Ω_near.
     """
 
     def __init__(self, light: Any, rows: np.ndarray, columns: np.ndarray, solid_angles: np.ndarray) -> None:
         environment = light.environment
-        h, w = environment.height, environment.width
-        cells, areas = centres(ROWS, 2 * ROWS)
+        h, w, turn = environment.height, environment.width, environment.rotation / 360
+        cells, areas = centres(ROWS, 2 * ROWS, turn)
         spots = np.unique(np.stack([rows * ROWS // h, columns * 2 * ROWS // w]), axis=1)
-        self.near = (cells @ cells[spots[0], spots[1]].T).max(axis=2) > np.cos(NEAR + np.pi / ROWS / 2)
-        self.solid_angles = solid_angles
-        self.share = solid_angles.sum() / areas[self.near].sum()
+        self.spots, self.solid_angles = cells[spots[0], spots[1]], solid_angles
+        self.share = solid_angles.sum() / areas[self.is_near(cells)].sum()
         self.radiance = environment.intensity * np.sqrt(np.square(environment.pixels[rows, columns]).mean(axis=1))
-        self.is_z_up, self.turn = light.up_axis == "z", environment.rotation / 360
-        d = direction_of((columns + 0.5) / w + self.turn, (rows + 0.5) / h)
-        self.directions = d[:, [0, 2, 1]] * (1, -1, 1) if self.is_z_up else d
+        self.directions = direction_of((columns + 0.5) / w + turn, (rows + 0.5) / h)
+        if light.up_axis == "z":
+            self.spots, self.directions = (d[:, [0, 2, 1]] * (1, -1, 1) for d in (self.spots, self.directions))
 
     def is_near(self, directions: np.ndarray) -> np.ndarray:
-        """(n,) bool: whether directions in the scene, (n, 3), are near."""
-        d = directions[:, [0, 2, 1]] * (1, 1, -1) if self.is_z_up else directions
-        u = (0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi) - self.turn) % 1.0
-        v = 0.5 - np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi
-        row, column = (v * ROWS).astype(int), (u * 2 * ROWS).astype(int)
-        return self.near[np.minimum(row, ROWS - 1), np.minimum(column, 2 * ROWS - 1)]
+        """(...,) bool: whether directions in the scene, (..., 3), are near."""
+        return (directions @ self.spots.T).max(axis=-1) > np.cos(NEAR + np.pi / ROWS / 2)
 
 
 def direction_of(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -64,10 +58,10 @@ def direction_of(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.stack([x, np.sin(elevation), z], axis=-1)
 
 
-def centres(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+def centres(rows: int, columns: int, turn: float) -> tuple[np.ndarray, np.ndarray]:
     """(rows, columns, 3) directions of the centres of cells, and (rows, columns) their areas."""
     v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
-    return direction_of(u, v), np.cos(np.pi * (0.5 - v)) * 2 * (np.pi / rows) * (np.pi / columns)
+    return direction_of(u + turn, v), np.cos(np.pi * (0.5 - v)) * 2 * (np.pi / rows) * (np.pi / columns)
 
 
 def levels_of(environment: Environment) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:

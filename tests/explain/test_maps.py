@@ -30,3 +30,10 @@ def test_what_can_be_measured(maps):
     assert maps.of == "mis"
     assert not maps.is_current()
     maps.of = "uniform"
+
+
+def test_triangles_of_objects_in_several_places_are_counted(scene):
+    cube = tt.load_mesh("cube")
+    places = [[[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]] for x in (0, 4)]
+    shared = tt.scene_from_mesh(tt.group([tt.Instances(cube, places)]), instances="shared")
+    assert tt.MapRenderer(shared, *SIZE, of="normal").use("triangles").image().max() >= 1
