@@ -112,7 +112,7 @@ class Placed:
         found = [np.zeros((0, 3))]
         for number, points in enumerate(of_objects):
             own = self.matrices[self.object_of == number]
-            placed = np.einsum("nij,kj->nki", own[:, :, :3], points) + own[:, None, :, 3]
+            placed = points @ own[:, :, :3].transpose(0, 2, 1) + own[:, None, :, 3]
             found.append(placed.reshape(-1, 3))
         return np.concatenate(found)
 
