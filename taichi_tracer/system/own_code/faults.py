@@ -6,6 +6,7 @@ import linecache
 import re
 from typing import Any
 
+import numpy as np
 import taichi.math
 from taichi.lang.exception import TaichiCompilationError
 from taichi.lang.expr import Expr
@@ -19,12 +20,14 @@ PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILI
 VALUE = "keep the value in a variable, and return it in the last line"
 A_FUNCTION = "does a function return nothing?"
 IN_KERNEL = "is a function of Python, and this runs in a kernel: use"
+SHARED = "|".join(name for name in dir(taichi.math) if hasattr(np, name))  # functions that numpy and Taichi have
 # What Taichi says, and below it the student's line → what it means; {0}, {1}, … are the groups of the pattern.
 MEANINGS = {
     r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
     r"'(?:Scalar|Matrix)(?:Array|Field)'(?s:.*)\n.*?\b(self\.\w+)\b(?![.\[(])": "write {0}[None]",
     r"\n.*\b(np\.(?:as)?array)\((self\.\w+)\).*$": f"{{0}} {IN_KERNEL} {{1}}[None]",
-    r"\n.*\b(np\.[\w.]*?(\w+))\(.*$": f"{{0}} {IN_KERNEL} tm.{{1}}, or what else taichi.math has",
+    rf"\n.*\b(np\.({SHARED}))\(.*$": f"{{0}} {IN_KERNEL} tm.{{1}}",
+    r"\n.*\b(np\.[\w.]*?(\w+))\(.*$": f"{{0}} {IN_KERNEL} what taichi.math has, or a method such as v.norm()",
     r"calling `(\w+)`: Python cannot decide": "{0} is called in a kernel: write @ti.func above it",
     r"Return inside non-static if/for": f"a return stands in an if or in a loop: {VALUE}",
     r"Integer literal (\S+) exceeded": "the whole number {0} has more than 32 bits: write ti.u64({0}), or a float",
