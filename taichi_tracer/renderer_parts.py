@@ -28,7 +28,7 @@ from taichi_tracer.system.own_code.checks import Values
 from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
-from taichi_tracer.unseen.unseen_light import UnseenLight
+from taichi_tracer.unseen.unseen_light import find_rare_light
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -128,7 +128,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
-        self.unseen_light = UnseenLight(self)
+        self._searched: tuple | None = None  # the ``state`` for which ``find_rare_light`` was called last
         self.display = Display()
         self.use(given["integrator"] or self.first or self.offers[0].name)
 
@@ -221,10 +221,10 @@ class RendererParts(KnownAttributes, RenderedPicture):
         """The part of the scene that kernels use."""
         return self.scene_data.in_kernels(compensates=self.active.compensates, microfacets=self.active.microfacets)
 
-    def _missed_light(self) -> float:
-        """What the samples may not have met, see ``unseen.technique_check`` and ``unseen.unseen_light``."""
-        self.film.rare = self.unseen_light.rows()
-        return self.unseen_light.missed_by_technique()
+    def find_rare_light(self) -> None:
+        """Tell the film what samples of the present picture find rarely, see ``unseen.unseen_light``; once for each."""
+        if self._searched != self._shown:
+            self.film.rare, self._searched = find_rare_light(self), self._shown
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""

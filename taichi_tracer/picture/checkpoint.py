@@ -48,7 +48,7 @@ def save(renderer, path: str | Path) -> None:
     if not renderer.is_random:
         raise InputError(f"checkpoint: every sample of {renderer.active.name} is the picture itself: nothing to keep")
     ranges = [[renderer.first_sample, renderer.first_sample + renderer.film.samples]]
-    renderer.film.rare = renderer.unseen_light.rows()
+    renderer.find_rare_light()
     arrays = renderer.film.to_arrays()
     if renderer.shares.are_kept:
         arrays[SHARES] = renderer.shares.to_image()

@@ -121,7 +121,6 @@ class Film:
         for field in self._sums().values():
             self.memory.clear(field)
         self.samples = 0
-        self.rare = self.rare[:0]
 
     def _sums(self) -> dict[str, ti.Field]:
         """Name → field of the sums that this film has."""
@@ -282,21 +281,18 @@ class Film:
         x0, x1, y0, y1 = self.crop
         return image[self.height - y1 : self.height - y0, x0:x1]
 
-    def error(self, missed: float = 0.0) -> RelativeError:
+    def error(self) -> RelativeError:
         """Relative RMSE of the picture, with its 95 % interval, over the pixels that have two samples or more.
 
         The upper end contains the light that no sample met, see ``unseen_light``. The error is NaN if there is no such
         pixel, or if the picture is black; and 0 if every sample is the picture itself.
-
-        Args:
-            missed: the RMSE, in the unit of the picture, by what only another technique finds: ``technique_check``.
         """
         if not self.averages:
             return RelativeError(0.0, 0.0, 0.0)
         image, counts = self.image(), upright(self.counts(), np.int32)
         mean = float(self.own_pixels(image).mean())
         shares = self.own_pixels(counts)[::-1].ravel() / max(self.samples, 1)
-        missed = math.hypot(missed, rare_light.missed(self.rare, self.samples, shares))
+        missed = rare_light.missed(self.rare, self.samples, shares)
         unseen = missed / mean if mean > 0 else 0.0
         samples = float(counts[counts > 0].mean()) if self.doubles and counts.any() else 0.0
         return relative_error(self.variance_of_mean(), image, unseen, samples, self.share_of_largest(image, counts))
@@ -379,7 +375,7 @@ class Film:
     def check_arrays(self, arrays: dict[str, np.ndarray], source: str | Path = "film") -> None:
         """Raise an InputError, which begins with ``source``, if ``from_arrays`` cannot take these arrays."""
         for name, own in self.to_arrays().items():
-            if name not in arrays or (name != "rare" and arrays[name].shape != own.shape):
+            if name not in arrays or arrays[name].shape[1:] != own.shape[1:]:
                 kinds = "its samples are of another size, another kind of sampler, or another version"
                 raise InputError(f"{source}: its {name} does not fit: {kinds}")
 

@@ -103,7 +103,8 @@ class RenderedPicture:
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
         with stage(ERROR, waits=True):
-            error = self.film.error(self._missed_light())
+            self.find_rare_light()
+            error = self.film.error()
         if error > 0:
             self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
         return error

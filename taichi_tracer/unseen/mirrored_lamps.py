@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.unseen.mirror_chains import OF_FEW_RAYS, RAYS, Ends, follow, mirrors_of
-from taichi_tracer.unseen.rare_light import NONE, rows_of
+from taichi_tracer.unseen.rare_light import NONE
 from taichi_tracer.unseen.small_lamps import radiance_of
 from taichi_tracer.unseen.small_suns import Sun
 
@@ -50,17 +50,16 @@ def mirrored_lamps(
     rows = []
     table, radiance = scene_data.lamps.table, radiance_of(scene_data)
     lamps = np.argsort(-table.areas * radiance)[:MOST_LAMPS]
-    shown = [(*near(ends, table, lamp), radiance[lamp]) for lamp in lamps]
-    shown += [(*near_sun(ends, sun), sun.radiance.max()) for sun in suns]
-    for end, share, L in shown:
-        chance = share * stands_for / RAYS
-        for material in np.unique(ends.material[end]):
-            own = ends.material[end] == material
-            most = number[end][own][chance[own].argmax()]
-            rows.append((most, chance[own].sum(), (chance[own] * ends.T[end][own]).sum() * L))
+    shown = [(share_of_lamp(ends, table, lamp), radiance[lamp]) for lamp in lamps]
+    misses = np.isinf(ends.distance)
+    shown += [(sun.share * (misses & sun.is_near(ends.direction)), sun.radiance.max()) for sun in suns]
+    for share, L in shown:
+        for material in np.unique(ends.material[share > 0]):
+            own = (share > 0) & (ends.material == material)
+            chance = share[own] * stands_for / RAYS
+            rows.append((number[own][chance.argmax()], chance.sum(), OF_FEW_RAYS * (chance * ends.T[own]).sum() * L))
     found = np.array(rows, np.float64).reshape(-1, 3)
-    found = found[(found[:, 1] < 1) & (found[:, 1] > 0)]
-    return rows_of(found[:, 0], found[:, 1], OF_FEW_RAYS * found[:, 2])
+    return found[found[:, 1] < 1]
 
 
 def mirror_pixels(
@@ -69,33 +68,23 @@ def mirror_pixels(
     """(n, 2) pixels whose middle shows a mirror or glass, and how many pixels these represent."""
     x0, x1, y0, y1 = crop
     y, x = np.mgrid[y0:y1, x0:x1]
-    places = np.stack([x.ravel(), y.ravel()], axis=1)
-    count = len(places)
-    if count > MOST_PIXELS:
-        places = places[rng.choice(count, MOST_PIXELS, replace=False)]
+    all_places = rng.permutation(np.stack([x.ravel(), y.ravel()], axis=1))
+    places = all_places[:MOST_PIXELS]
     hits = scene_data.intersect(*camera.rays(places[:, 0], places[:, 1]))
     is_mirror = mirrors_of(scene)
     found = places[hits.is_hit & is_mirror[np.clip(hits.material_id, 0, len(is_mirror) - 1)]]
-    return found, len(found) * count / len(places)
+    return found, len(found) * len(all_places) / len(places)
 
 
-def near(ends: Ends, table: Any, lamp: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which ends pass near a lamp that they might meet, and the share of them that meets it: A cos θ / (π R²)."""
+def share_of_lamp(ends: Ends, table: Any, lamp: int) -> np.ndarray:
+    """(n,) which share of rays like each meets a lamp, A cos θ / (π R²); 0 for those that pass far from it."""
     centre, size = (table.low[lamp] + table.high[lamp]) / 2, np.linalg.norm(table.high[lamp] - table.low[lamp]) / 2
     begin, square = (np.einsum("nk,nk->n", one, ends.origin) for one in (ends.direction, ends.origin))
     along = ends.direction @ centre - begin
     beside = np.sqrt(np.maximum(0, square - 2 * (ends.origin @ centre) + centre @ centre - along**2))
     radius = np.maximum(NEAR * along, size)
     # What ends before the lamp is hidden from it; the lamp itself, and what it lies on, may be a little nearer.
-    ray = np.flatnonzero((along > 0) & (beside < radius) & (ends.distance > along - radius - size))
-    is_sphere = table.primitives[lamp] < 0
-    cosine = np.full(len(ray), 0.25) if is_sphere else -(ends.direction[ray] @ table.normals[lamp])
+    is_near = (along > 0) & (beside < radius) & (ends.distance > along - radius - size)
+    cosine = 0.25 if table.primitives[lamp] < 0 else -(ends.direction @ table.normals[lamp])
     cosine = abs(cosine) if table.two_sided else np.maximum(cosine, 0)
-    share = np.minimum(1, table.areas[lamp] * cosine / (math.pi * radius[ray] ** 2))
-    return ray[share > 0], share[share > 0]
-
-
-def near_sun(ends: Ends, sun: Sun) -> tuple[np.ndarray, np.ndarray]:
-    """The same as ``near`` for a sun."""
-    ray = np.flatnonzero(np.isinf(ends.distance) & sun.is_near(ends.direction))
-    return ray, np.full(len(ray), sun.share)
+    return is_near * np.minimum(1, table.areas[lamp] * cosine / (math.pi * radius**2))

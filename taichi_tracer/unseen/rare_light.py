@@ -18,25 +18,22 @@ import numpy as np
 ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
 ABOUT_AS_BRIGHT = 4.0  # what is up to so many times as bright is counted together
 KNOWN = 10  # samples that met some light: from so many, their spread shows the error
-COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and the weight of a row
+NONE = np.zeros((0, 3))  # no light of a kind; each row has the number of a pixel, P, and E: see ``rows_of``
 
 
-def rows_of(pixel: np.ndarray, chance: np.ndarray, light: np.ndarray, each: float = 1.0) -> np.ndarray:
-    """(n, 4) rows of one kind of light that samples find rarely.
+def rows_of(pixel: np.ndarray, chance: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """(n, 3) rows of one kind of light that samples find rarely.
 
     Args:
-        pixel: (n,) the number of a pixel. chance: (n,) P, with which a sample of the pixel finds the light. light: (n,)
-            E, the root mean square of the channels. each: which part of one find each row represents.
+        pixel: (n,) the number of a pixel. chance: (n,) P, with which a sample of the pixel finds the light; if rows are
+            parts of one find, it is divided among them. light: (n,) E, the root mean square of the channels.
     """
-    return np.stack([pixel, chance, light, np.full(len(pixel), each)], axis=1)
-
-
-NONE = np.zeros((0, COLUMNS - 1))  # no such light
+    return np.stack([pixel, chance, light], axis=1)
 
 
 def of_kinds(found: Sequence[np.ndarray]) -> np.ndarray:
-    """(n, COLUMNS) the rows of several kinds of light in one array."""
-    return np.concatenate([np.zeros((0, COLUMNS)), *(np.insert(one, 0, k, axis=1) for k, one in enumerate(found))])
+    """(n, 4) the rows of several kinds of light in one array, each after the number of its kind."""
+    return np.concatenate([np.insert(one, 0, k, axis=1) for k, one in enumerate([NONE, *found])])
 
 
 def missed(rows: np.ndarray, samples: float, shares: np.ndarray) -> float:
@@ -45,27 +42,25 @@ def missed(rows: np.ndarray, samples: float, shares: np.ndarray) -> float:
     Args:
         samples: per pixel. shares: (pixels,) the share of them that each pixel took.
     """
-    if len(rows) == 0:
-        return 0.0
-    kind, pixel, chance, light, each = rows.T
-    brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
+    kind, pixel, chance, light = rows.T
+    with np.errstate(divide="ignore"):  # of light that is never found, P is 0
+        brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
     chance = chance * shares[pixel.astype(np.int64)]
     _, group = np.unique(np.stack([kind, brightness], axis=1), axis=0, return_inverse=True)
     is_missed = np.zeros(len(rows), bool)
     for k in np.unique(group):
         own = group.ravel() == k
-        found = expected(np.sort(chance[own]), ABOUT_AS_RARE * chance[own], each[own][0])
-        is_missed[own] = samples * found < KNOWN
+        is_missed[own] = samples * expected(chance[own]) < KNOWN
     of_pixel = np.bincount(pixel[is_missed].astype(np.int64), light[is_missed])
     return math.sqrt(float(np.square(of_pixel).sum()) / len(shares))
 
 
-def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:
-    """How many samples meet what is at most as probable as each of some numbers, for one sample per pixel.
+def expected(chance: np.ndarray) -> np.ndarray:
+    """(n,) how many samples meet what is about as rare as each of n things, or rarer, for one sample per pixel.
 
     Args:
-        rare_first: the probabilities with which a sample meets something, in order. most: the largest that count.
-        each: for how many pixels, or lamps, one probability stands.
+        chance: (n,) the probabilities with which a sample meets each.
     """
-    total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
-    return total[np.searchsorted(rare_first, most, side="right")]
+    rare_first = np.sort(chance)
+    total = np.concatenate([[0.0], np.cumsum(rare_first)])
+    return total[np.searchsorted(rare_first, ABOUT_AS_RARE * chance, side="right")]

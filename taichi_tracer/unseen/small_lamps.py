@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.lights.choice import LampTable
-from taichi_tracer.unseen.rare_light import NONE, rows_of
+from taichi_tracer.unseen.rare_light import rows_of
 
 POINTS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])  # of a triangle
 OFF = 1e-3  # of the distance: a ray that passes a lamp's point by more does not lead to it
@@ -35,17 +35,13 @@ def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> np.ndarr
         area = abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * np.where(table.primitives >= 0, 0.5, math.pi)
         number, is_inside = pixel_numbers(POINTS @ image, crop)  # (L, 4): the pixels of some points
     lamp = np.flatnonzero((area > 0) & (area < 1) & is_inside.any(axis=1))
-    if lamp.size == 0:
-        return NONE
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
     hits, leads, _ = look(scene_data, camera, places, to)
     is_lamp = hits.triangle_id == np.repeat(table.ids[lamp], len(POINTS))
     is_seen = (hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & is_lamp).reshape(-1, len(POINTS))
-    of_points = is_seen * area[lamp, None] / len(POINTS)
-    chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
-    light = of_points * radiance_of(scene_data)[lamp, None]
-    shown = is_inside[lamp] & is_seen
-    return rows_of(number[lamp][shown], chance[shown], light[shown], 1 / len(POINTS))
+    shown, point = np.nonzero(is_inside[lamp] & is_seen)
+    chance = area[lamp[shown]] / len(POINTS)
+    return rows_of(number[lamp[shown], point], chance, chance * radiance_of(scene_data)[lamp[shown]])
 
 
 def corners_of(mesh: Any, table: LampTable, camera: Any) -> np.ndarray:

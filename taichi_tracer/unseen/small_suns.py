@@ -37,7 +37,8 @@ class Sun:
     def __init__(self, light: Any, rows: np.ndarray, columns: np.ndarray, solid_angles: np.ndarray) -> None:
         environment = light.environment
         h, w, turn = environment.height, environment.width, environment.rotation / 360
-        cells, areas = centres(ROWS, 2 * ROWS, turn)
+        v, u = (np.mgrid[:ROWS, : 2 * ROWS] + 0.5) / [[[ROWS]], [[2 * ROWS]]]
+        cells, areas = direction_of(u + turn, v), np.cos(np.pi * (0.5 - v)) * (np.pi / ROWS) ** 2
         spots = np.unique(np.stack([rows * ROWS // h, columns * 2 * ROWS // w]), axis=1)
         self.spots, self.solid_angles = cells[spots[0], spots[1]], solid_angles
         self.share = solid_angles.sum() / areas[self.is_near(cells)].sum()
@@ -56,12 +57,6 @@ def direction_of(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
     x, z = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth)
     return np.stack([x, np.sin(elevation), z], axis=-1)
-
-
-def centres(rows: int, columns: int, turn: float) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, columns, 3) directions of the centres of cells, and (rows, columns) their areas."""
-    v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
-    return direction_of(u + turn, v), np.cos(np.pi * (0.5 - v)) * 2 * (np.pi / rows) * (np.pi / columns)
 
 
 def levels_of(environment: Environment) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -110,8 +105,6 @@ def small_suns(suns: list[Sun], scene_data: Any, camera: Any, crop: tuple[int, .
         chance = solid_angles / area_of_pixel(camera, points)
         number, is_inside = pixel_numbers(places, crop)
     shown = np.flatnonzero(is_inside & (chance < 1))
-    if shown.size == 0:
-        return NONE
     hits, leads, _ = look(scene_data, camera, places[shown], points[shown])
     shown = shown[leads & ~hits.is_hit]
     return rows_of(number[shown], chance[shown], chance[shown] * radiance[shown])

@@ -8,11 +8,8 @@ Let the other technique draw ω_i with the density q, and let it find the light 
 sample in the solid angle 1/q around ω_i. A sample of the estimator, with the density p, falls there with the
 probability P = p / q. If the pixel has n samples, n P of them meet this light.
 
-Such numbers are added up over all pixels of the picture, and over all directions that are about as rare: up to
-``ABOUT_AS_RARE`` times as probable. If the sum is below ``KNOWN``, the light is most likely missing everywhere. With
-E_ik of the samples k = 1 … K of pixel i that are so rare, and 0 instead of the others, the mean square error grows by
-
-    u² = (1/N) Σ_i ((1/K) Σ_k E_ik)².
+So each of the K samples of the other technique in a pixel that it looks at is a find of the probability P / K, and of
+the light E / K: see ``rare_light``. If only one pixel of each tile is looked at, it stands for all of them.
 
 Not even the other technique need find a small sun in a lobe that is much narrower: ``mirror_chains`` follow it.
 
@@ -33,12 +30,12 @@ import taichi.math as tm
 from taichi_tracer.integrators.direct_light import light_along, sample_of_lights
 from taichi_tracer.system.parts import unfinished
 from taichi_tracer.unseen.mirror_chains import has_narrow_lobes
-from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
+from taichi_tracer.unseen.rare_light import KNOWN, expected, rows_of
 from taichi_tracer.unseen.small_suns import Sun
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST_TILES = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
-SAFETY = 1.2  # times u: the tiles and the few samples of a pixel make u rough
+SAFETY = 1.2  # times the light: the tiles and the few samples of a pixel make it rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
 
@@ -59,15 +56,14 @@ def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[s
         shares = [float(sun.solid_angles.sum()) for sun in suns]
         if scene.lights.has_lamps:
             size, areas = float((scene.geometry.high - scene.geometry.low).max()), scene.lights.lamps.table.areas
-            alike = expected(np.sort(areas), ABOUT_AS_RARE * areas, each=1.0)  # a large lamp says nothing of a small
-            shares.append(alike.min() / size**2)
+            shares.append(expected(areas).min() / size**2)  # a large lamp says nothing of a small one
         if shares and pixels * min(shares) < KNOWN * SPHERE:
             found.append("lights")
     return tuple(found)
 
 
-def look(renderer: Any, suns: list[Sun]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """What other techniques find in a renderer's picture: (E, meetings) of each, see ``meetings``.
+def by_other_techniques(renderer: Any, suns: list[Sun]) -> list[np.ndarray]:
+    """The rows of what each of the other techniques finds in a renderer's picture.
 
     Pixels stand for tiles of the picture, so that at most ``MOST_TILES`` are looked at along each side.
     """
@@ -76,14 +72,17 @@ def look(renderer: Any, suns: list[Sun]) -> list[tuple[np.ndarray, np.ndarray]]:
     step = math.ceil(max(x1 - x0, y1 - y0) / MOST_TILES)
     rows, columns = (-(-n // step) for n in (y1 - y0, x1 - x0))
     found = []
-    for technique in () if renderer.replaced else other_techniques(scene, integrator, pixels, suns):
+    for technique in other_techniques(scene, integrator, pixels, suns):
         scene.lights.prepare()
         from_brdf = technique == "brdf"
         has_density = integrator.samples_lights if from_brdf else integrator.samples_brdf
         parts, samples = (scene, renderer.eye_rays, renderer.sampler), np.empty((SAMPLES, rows, columns, 2), np.float32)
         _sample_tiles(*parts, from_brdf, has_density, (renderer.seed ^ SEED) % 2**32, x0, y0, step, samples)
-        light, chance = np.moveaxis(samples, -1, 0)
-        found.append((light, meetings(light, chance, pixels)))
+        k, row, column = np.nonzero(samples[..., 0])
+        light, chance = samples[k, row, column].T.astype(np.float64) / SAMPLES
+        of_tile = pixels / (rows * columns)  # in the mean square, a tile counts as so many pixels
+        number = step * (row * (x1 - x0) + column)
+        found.append(rows_of(number, of_tile * chance, SAFETY * math.sqrt(of_tile) * light))
     return found
 
 
@@ -135,23 +134,3 @@ def other_sample(scene: ti.template(), surface, rng, from_brdf: ti.template()):
         f_cos, light, q, p = sample_of_lights(scene, surface, rng.next_2d_of_term())
         value = f_cos * light / q
     return value, p, q
-
-
-def meetings(light: np.ndarray, chance: np.ndarray, pixels: int) -> np.ndarray:
-    """How many samples of the picture meet light that is as rare as that of each sample, for one sample per pixel.
-
-    Args:
-        light, chance: E and P, both (SAMPLES, rows, columns). pixels: of the picture.
-    """
-    is_lit = light > 0
-    rare_first = np.sort(chance[is_lit].astype(np.float64))
-    return np.where(is_lit, expected(rare_first, ABOUT_AS_RARE * chance, pixels / light.size), np.inf)
-
-
-def missed(found: list[tuple[np.ndarray, np.ndarray]], samples: float) -> float:
-    """SAFETY · u in the unit of the picture, for what ``look`` found, and a picture with so many samples per pixel."""
-    squares = 0.0
-    for light, meetings_of in found:
-        is_missed = samples * meetings_of < KNOWN
-        squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
-    return SAFETY * math.sqrt(squares)

@@ -15,49 +15,26 @@ from taichi_tracer.unseen.mirror_chains import has_mirrors
 from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.rare_light import of_kinds
 from taichi_tracer.unseen.small_lamps import small_lamps
-from taichi_tracer.unseen.small_suns import Sun, small_suns, suns_of
-from taichi_tracer.unseen.technique_check import look, missed
+from taichi_tracer.unseen.small_suns import small_suns, suns_of
+from taichi_tracer.unseen.technique_check import by_other_techniques
 
 
-class UnseenLight:
-    """The light that samples of a renderer's picture find rarely or never, which is found once for each view.
+def find_rare_light(renderer: Any) -> np.ndarray:
+    """The light that samples of a ``ProgressiveRenderer`` find rarely or never, see ``rare_light.of_kinds``.
 
-    Args:
-        renderer: a ``ProgressiveRenderer``.
+    There are no rows if samples find everything, and where somebody's own method makes the picture.
     """
-
-    def __init__(self, renderer: Any) -> None:
-        self.renderer = renderer
-        self._of: Any = None  # the state of the picture for which the following were found
-        self._suns: list[Sun] = []
-        self._rows = of_kinds([])
-        self._by_others: list[tuple[np.ndarray, np.ndarray]] | None = None  # see ``technique_check.look``
-
-    def rows(self) -> np.ndarray:
-        """The rare light, see ``rare_light.of_kinds``; no rows if samples find everything."""
-        renderer = self.renderer
-        if self._of != renderer._shown:
-            is_light = renderer.shows_light and not renderer.replaced
-            self._of, self._by_others = renderer._shown, None
-            self._suns = suns_of(renderer.kernel_scene()) if is_light else []
-            has_sources = is_light and (renderer.scene_data.lamps.count > 0 or len(self._suns) > 0)
-            self._rows = of_kinds(self._find() if has_sources else [])
-        return self._rows
-
-    def _find(self) -> list[np.ndarray]:
-        renderer, scene = self.renderer, self.renderer.kernel_scene()
-        view = renderer.scene_data, renderer.camera, renderer.film.crop
-        found = [small_lamps(*view), small_suns(self._suns, *view)]
+    if not renderer.shows_light or renderer.replaced:
+        return of_kinds([])
+    scene, view = renderer.kernel_scene(), (renderer.scene_data, renderer.camera, renderer.film.crop)
+    suns = suns_of(scene)
+    found = by_other_techniques(renderer, suns)
+    if suns or renderer.scene_data.lamps.count > 0:
+        found += [small_lamps(*view), small_suns(suns, *view)]
         settings = getattr(renderer.active, "settings", None)
         bounces = 1 if settings is None else int(settings["max_bounces"])
         if has_mirrors(scene):
-            found.append(mirrored_lamps(scene, *view, bounces, self._suns))
+            found.append(mirrored_lamps(scene, *view, bounces, suns))
         if has_caustics(scene, bounces):
             found.append(caustics(scene, *view, bounces))
-        return found
-
-    def missed_by_technique(self) -> float:
-        """What only another technique finds, in the unit of the picture: see ``technique_check``; after ``rows``."""
-        if self._by_others is None:
-            self._by_others = look(self.renderer, self._suns)
-        return missed(self._by_others, self.renderer.samples)
+    return of_kinds(found)

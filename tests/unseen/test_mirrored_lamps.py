@@ -28,7 +28,7 @@ def test_a_flat_mirror_shows_a_lamp_as_large_as_the_lamp_behind_it():
     lamp = upright(0, HALF) + middle - [0, HALF, 0]
     made = scene([flat((0, 0, 0), 6), lamp, upright(1.5, 3, -1.0)], [0, 1, 2])
     found, camera = images(made)
-    pixel, chance, light, _ = found.T
+    pixel, chance, light = found.T
     image = lamp * [-1, 1, 1] + [3, 0, 0]
     at = pixels_of(camera, image)
     a, b = at[1] - at[0], at[3] - at[0]

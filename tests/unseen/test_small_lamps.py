@@ -64,12 +64,12 @@ HALF = 0.004
 
 
 def test_the_image_of_a_lamp_is_its_share_of_a_pixel():
-    """Two triangles, each half of (2 h / (distance · pixel))²."""
+    """Two triangles of four points, each half of (2 h / (distance · pixel))²."""
     lamps = found(scene((AT, HALF)))
-    pixel, chance, light, _ = lamps.T
+    pixel, chance, light = lamps.T
     share = (2 * HALF / (2 * PIXEL)) ** 2
     x, y = (math.floor(at / (2 * PIXEL) + SIZE / 2) for at in (-AT[0], AT[1]))  # −z has x on the left
-    np.testing.assert_allclose(chance, share / 2, rtol=1e-5)
+    np.testing.assert_allclose(chance, share / 8, rtol=1e-5)
     assert set(pixel) == {x + SIZE * y}
     assert light.sum() == pytest.approx(share * RMS, rel=1e-5)
     assert u(lamps, 1) == pytest.approx(share * RMS / SIZE, rel=1e-5)
@@ -102,7 +102,7 @@ def test_what_is_not_seen_or_large_adds_nothing(lamp, before):
 
 def test_samples_know_of_many_small_lamps():
     """100 lamps that a sample meets with 1 % each: 16 samples meet one of them 16 times."""
-    many = rows_of(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 1 / 4)
+    many = rows_of(np.arange(400) // 4, np.full(400, 0.01 / 4), np.full(400, 2.5))
     assert u(many, 16) == 0
     assert u(many, 8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
     rare = rows_of(np.array([3, 3]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]))

@@ -71,7 +71,7 @@ def test_a_view_misses_a_sun_that_is_smaller_than_its_pixel():
     view = {"eye": (0, 3, 0), "at": tuple(np.array([0, 3, 0]) + d), "up": (0, 1, 0), "fov": 60.0}
     camera = make_camera(9, 9, **view)
     found = small_suns(suns, scene, camera, (0, 9, 0, 9))
-    pixels, chance, light, _ = found.T
+    pixels, chance, light = found.T
     assert list(pixels) == [40]
     pixel = (2 * np.tan(np.radians(30)) / 9) ** 2  # the solid angle of the middle pixel
     assert chance[0] == pytest.approx(suns[0].solid_angles[0] / pixel, rel=0.01)

@@ -1,7 +1,5 @@
 """The light that only the technique finds which an estimator does not use."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,9 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.parts import PARTS
-from taichi_tracer.unseen.rare_light import KNOWN
+from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, expected, missed, of_kinds
 from taichi_tracer.unseen.small_suns import suns_of
-from taichi_tracer.unseen.technique_check import ABOUT_AS_RARE, SAFETY, SAMPLES, meetings, missed, other_techniques
+from taichi_tracer.unseen.technique_check import SAFETY, by_other_techniques, other_techniques
 
 SIZE = 12
 VIEW = {"eye": (0, 0, 2), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
@@ -66,14 +64,17 @@ def test_nothing_is_done_where_nothing_can_be_missed(narrow):
 
 
 def test_light_that_is_about_as_rare_is_counted_together():
-    """Each sample stands for pixels / (rows · columns · SAMPLES) of the picture's."""
-    light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
-    chance[:, 0, 1] = 1e-3 * ABOUT_AS_RARE * 1.01
-    light[0, 0, 0] = 0  # what is dark is not counted
-    found = meetings(light, chance, 80)
-    each = 80 / (2 * SAMPLES)
-    np.testing.assert_allclose(found[1:, 0, 0], 1e-3 * (SAMPLES - 1) * each)
-    np.testing.assert_allclose(found[:, 0, 1], (1e-3 * (SAMPLES - 1) + 1.01e-3 * ABOUT_AS_RARE * SAMPLES) * each)
-    assert np.isinf(found[0, 0, 0])
-    n = KNOWN / found[1, 0, 0] * 0.99  # the left pixel is just missed, the right one was met
-    assert missed([(light, found)], n) == pytest.approx(SAFETY * math.sqrt((1 - 1 / SAMPLES) ** 2 / 2))
+    chance = np.array([1e-3, 1e-3, 2.1e-3, 1e-3 * ABOUT_AS_RARE * 1.01])
+    np.testing.assert_allclose(expected(chance), [4.1e-3, 4.1e-3, chance.sum(), chance.sum()])
+
+
+def test_one_pixel_of_each_tile_tells_of_all(narrow, monkeypatch):
+    """The lobe is so narrow that samples of the lights never meet it: everything that it reflects is missed."""
+    renderer = tt.A2Renderer(narrow, SIZE, SIZE).use("environment")
+    whole = missed(of_kinds(by_other_techniques(renderer, [])), 16, np.ones(SIZE * SIZE))
+    monkeypatch.setattr("taichi_tracer.unseen.technique_check.MOST_TILES", 4)
+    (rows,) = by_other_techniques(renderer, [])
+    assert set(rows[:, 0]) == {float(x + SIZE * y) for x in range(0, SIZE, 3) for y in range(0, SIZE, 3)}
+    assert missed(of_kinds([rows]), 16, np.ones(SIZE * SIZE)) == pytest.approx(whole, rel=0.02)
+    mirrored = tt.A2Renderer(narrow, SIZE, SIZE).use("mis").render(16).image()
+    assert whole == pytest.approx(SAFETY * mirrored.mean(), rel=0.05)
