@@ -436,7 +436,7 @@ class Session(Channel):
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.sides = [self.state.resized(int(width * scale), int(height * scale))]
         self.preview, self.pointed, self.explained, self.region = Preview(), None, None, None
-        self._is_cold, self._framed = True, NOTHING
+        self._is_cold, self._framed = self.choice is None, NOTHING  # a choice prepares the moving picture, too
 
     def on_split(self, mode: str) -> None:
         """Choose how two pictures are shown, or one."""
