@@ -176,7 +176,7 @@ class ProgressiveRenderer(RendererParts):
 
     def reset(self) -> None:
         """Forget the samples, so that the next ``render`` starts the picture again."""
-        self.own_shares.end()
+        self.shares.reset()
         self.film.reset()
         self.error_curves.begin(self.active.name, self.state()[2:])
 
@@ -187,7 +187,6 @@ class ProgressiveRenderer(RendererParts):
             light_if_dark(self.scene_data)
         own, *_ = self.state()
         if self._compiled_for is not None and own != self._compiled_for:
-            self.own_shares.forget()
             self.eye_rays = self.make_eye_rays()
         self._compiled_for = own
         self.reset()

@@ -14,7 +14,7 @@ from taichi_tracer.integrators.base import Control, Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
-from taichi_tracer.picture.adaptive import OwnShares, Shares
+from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import ErrorCurves, Progress, Target
 from taichi_tracer.picture.rendered import RenderedPicture
@@ -115,12 +115,11 @@ class RendererParts(KnownAttributes, RenderedPicture):
         if isinstance(chosen, UniformSampler):
             self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
         self.sampler: Sampler = sampler_of(chosen, self.camera)
-        self.shares = Shares(self.width, self.height, bool(self.adaptive))
+        self.shares = Shares(self.width, self.height)
         of = self.sampler  # what the estimate of the error needs to know
         self.film = Film(self.width, self.height, given["crop"], of.replicated, self.is_random, of.doubles)
         self.replaced = replaced(self)
         self.eye_rays = self.make_eye_rays()
-        self.own_shares = OwnShares(self)
         self._ready: SampleParts | None = None  # of the kernel that was launched last
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
@@ -236,7 +235,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         lines = self.scene_data.receipt(self.active.microfacets)
         if self.active.compensates and self.kernel_scene().compensates:
             lines.append(COMPENSATED)
-        lines += self.own_shares.receipt()
+        lines += self.shares.receipt()
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines

@@ -59,7 +59,7 @@ class DistributedRender:
     """
 
     def __init__(self, cluster: Cluster, renderer: Any, job: Job, target: Target) -> None:
-        if renderer.own_shares.is_on:
+        if renderer.shares.are_uneven and renderer.sampler.doubles:
             raise InputError("pixels of this checkpoint have different numbers of samples: go on without a cluster")
         if renderer.adaptive and renderer.sampler.doubles:  # pixels double at different times: the error is unknown
             raise InputError(f"--adaptive with --sampler {renderer.sampler.name} on a cluster: leave --sampler out")
@@ -73,7 +73,7 @@ class DistributedRender:
         self.client, self.cluster, self.renderer, self.target = cluster.client, cluster, renderer, target
         self.added = self.next = renderer.first_sample + renderer.film.samples
         self.end = None if target.spp is None else self.next + passes(target.spp, renderer.shares.mean)
-        shares = renderer.shares.to_image() if renderer.shares.are_kept else None
+        shares = renderer.shares.to_image() if renderer.shares.are_uneven else None
         self.job = self.submit(worker.deliver, replace(job, facts=renderer.facts(), shares=shares))
         self.given: dict[Any, tuple[int, int]] = {}  # future → its first sample, and how many these are
         self.sums: dict[int, tuple[int, dict]] = {}  # first sample → how many samples, and their sums

@@ -195,6 +195,8 @@ def samples_of(job: Job, directory: str, first: int, count: int) -> dict[str, An
     start = time.perf_counter()
     renderer.first_sample = first
     renderer.begin()
+    if job.shares is not None:
+        renderer.shares.set(job.shares)
     renderer.add_range(first, first + count)
     renderer.film.samples = count
     return {"arrays": renderer.film.to_arrays(), "seconds": time.perf_counter() - start}
@@ -225,8 +227,6 @@ def renderer_of(job: Job, directory: str) -> Any:
     place = picture.make_camera(kept["scene"]).parameters()
     del place["projection"]
     renderer.camera.set_camera_parameters(**place)
-    if job.shares is not None:
-        renderer.shares.set(job.shares)
     found = renderer.facts()
     unlike = [name for name, value in (job.facts or {}).items() if found.get(name) != value]
     if unlike:

@@ -24,7 +24,6 @@ GROUP = 4  # pixels along each side of a group, which have one share
 SHARE_BITS = 15
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
 PILOT = 8  # samples per pixel in the pilot
-PILOT_SEED = 0x9E3779B9  # combined with the seed, so that the pilot has other random numbers than the picture
 SMALLEST = 1 / 4  # of the mean share: a pixel has at least this one. The pilot may have missed its noise.
 # A share goes with this power of the variance. It would be 1/2 if the variance fell as 1/n; but that of pixels at
 # edges, which is large at first, falls as n^(-3/2), for which the best power is 1 / (1 + 3/2).
@@ -32,40 +31,43 @@ POWER = 0.4
 LEAST_MEAN = 1 / 64  # the smallest mean of the shares
 ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # A picture that nobody asked to be adaptive begins again if the samples to come become fewer by this factor, although
-# those so far are thrown away; it looks at its samples from this number on. As many samples of all pixels must be saved
-# as take longer than the compilation of other kernels.
+# those so far are thrown away; it looks at its samples from this number on. So many samples must be saved in all.
 LEAST_GAIN, FIRST_LOOK = 1.5, 8
 MUCH = 1 << 23
-BEGIN = 1 << 20  # the index of its first sample then, whose numbers no pilot had
+BEGIN = 1 << 20  # the index of the first sample of a picture with shares, whose numbers no pilot had
 QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost
 
 
 @ti.data_oriented
 class Shares:
-    """The share of the passes in which each pixel takes a sample, in units of 1/``WHOLE``.
+    """The share of the passes in which each pixel takes a sample, in units of 1/``WHOLE``; at first, it is 1.
 
     The pixels of a group have the same share.
 
     Args:
         width, height: size of the picture in pixels.
-        keeps: whether there are shares. With False, every pixel takes a sample in every pass; no memory is used, and
-            the code for shares is not compiled.
-        begin: the index of the sample that a pixel takes first, if there are shares.
+
+    Attributes:
+        are_uneven: whether the pixels have got shares. mean: of all shares, as a fraction.
+        gain: how many times fewer samples were predicted with them; 1 if nobody did.
+        begin: the index of the sample that a pixel takes first.
     """
 
-    def __init__(self, width: int, height: int, keeps: bool = False, begin: int = 0) -> None:
-        self.are_kept, self.begin, self.mean = keeps, begin, 1.0
-        if keeps:
-            self._memory = memory.Memory()
-            self.share = ti.field(ti.u32)
-            self._memory.fields.dense(ti.ij, (width, height)).place(self.share)
-            self._memory.allocate()
-            self.set(np.full((height, width), WHOLE, np.int32))
+    def __init__(self, width: int, height: int) -> None:
+        self._memory, (self.share,) = memory.filled(np.full((width, height), WHOLE), indices=2)
+        self.are_uneven, self.mean, self.gain, self.begin = False, 1.0, 1.0, memory.varying(0)
 
-    def set(self, shares: np.ndarray) -> None:
+    def set(self, shares: np.ndarray, gain: float = 1.0) -> None:
         """Set the (height, width) shares of the pixels, top row first, in units of 1/``WHOLE``."""
         self._memory.write(self.share, shares[::-1].T)
         self.mean = float(shares.mean()) / WHOLE
+        self.are_uneven, self.gain, self.begin = True, gain, memory.varying(BEGIN)
+
+    def reset(self) -> None:
+        """Let all pixels take all samples again."""
+        if self.are_uneven:
+            self.set(np.full_like(self.to_image(), WHOLE))
+            self.are_uneven, self.begin = False, memory.varying(0)
 
     def to_image(self) -> np.ndarray:
         """What ``set`` was given."""
@@ -73,75 +75,42 @@ class Shares:
 
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
-        share = int(self.share[x, y]) if self.are_kept else WHOLE
+        share = int(self.share[x, y])
         first, end = (self.begin + (index * share + WHOLE - 1 >> SHARE_BITS) for index in (first, end))
         return first, end
 
     @ti.func
     def sample_of(self, x, y, index):
         """(the index of the next sample of a pixel, whether the pixel takes it in this pass)."""
-        is_taken = True
-        if ti.static(self.are_kept):
-            # index · share / WHOLE, rounded up, so that all pixels take a sample in the first pass; the product of two
-            # halves has no more than 32 bits.
-            share, high, low = self.share[x, y], index >> SHARE_BITS, index & (WHOLE - 1)
-            product = low * share
-            rest = product & (WHOLE - 1)
-            is_taken = rest == 0 or rest + share > WHOLE
-            index = self.begin + high * share + (product + (WHOLE - 1) >> SHARE_BITS)
-        return index, is_taken
-
-
-class OwnShares:
-    """The shares with which a renderer began its picture again by itself.
-
-    Attributes:
-        is_on: whether the present picture has such shares. gain: the gain that was predicted.
-    """
-
-    def __init__(self, renderer: Any) -> None:
-        self.renderer, self._usual = renderer, renderer.shares
-        self.is_on, self.gain = False, 1.0
-        self._shares: Shares | None = None
-
-    def begin(self, shares: np.ndarray, gain: float = 1.0) -> None:
-        """Begin the picture again with (h, w) shares of its pixels; 1 is a gain that nobody predicted."""
-        r = self.renderer
-        r.reset()
-        self._shares = self._shares or Shares(r.width, r.height, keeps=True, begin=BEGIN)
-        self._shares.set(shares)
-        r.shares, self.is_on, self.gain = self._shares, True, gain
-
-    def end(self) -> None:
-        """Let all pixels take all samples again. The picture must begin again, too."""
-        self.renderer.shares, self.is_on = self._usual, False
-
-    def forget(self) -> None:
-        """Make other kernels for the next shares: those that exist belong to other values of somebody's own parts."""
-        self._shares = None
+        # index · share / WHOLE, rounded up, so that all pixels take a sample in the first pass; the product of two
+        # halves has no more than 32 bits.
+        share, high, low = ti.cast(self.share[x, y], ti.u32), index >> SHARE_BITS, index & (WHOLE - 1)
+        product = low * share
+        rest = product & (WHOLE - 1)
+        number = ti.cast(self.begin, ti.u32) + high * share + (product + (WHOLE - 1) >> SHARE_BITS)
+        return number, rest == 0 or rest + share > WHOLE
 
     def receipt(self) -> list[str]:
-        """One line, if the picture has such shares."""
-        text = "more samples where noise is larger, as its first ones showed"
-        text += f": {self.gain:.1f} times fewer are predicted" if self.gain > 1 else ""
-        return [f"{'pixels':<15} {text}"] if self.is_on else []
+        """One line, if the picture began again with shares by itself."""
+        text = f"more samples where noise is larger, as the first showed: {self.gain:.1f} times fewer are predicted"
+        return [f"{'pixels':<15} {text}"] if self.gain > 1 else []
 
 
-def adapt(renderer):
+def adapt(renderer: Any) -> Any:
     """Render the pilot, and set the share of every pixel. Returns the ``Progress`` of the pilot."""
-    seed, first = renderer.seed, renderer.first_sample
-    everywhere = np.full((renderer.height, renderer.width), WHOLE, np.int32)
-    renderer.shares.set(everywhere)
-    renderer.seed, renderer.first_sample, renderer.adaptive = seed ^ PILOT_SEED, 0, False
+    first, renderer.first_sample, renderer.adaptive = renderer.first_sample, 0, False
     try:
         renderer.render(PILOT, watch=lambda _: None)
-        deviation = deviation_of(renderer.film)
-        pilot = renderer.progress
     finally:
-        renderer.adaptive, renderer.seed, renderer.first_sample = True, seed, first
-    renderer.shares.set(shares_of(deviation))
+        renderer.first_sample, renderer.adaptive = first, True
+    begin_with(renderer, shares_of(deviation_of(renderer.film)))
+    return renderer.progress
+
+
+def begin_with(renderer: Any, shares: np.ndarray, gain: float = 1.0) -> None:
+    """Begin a picture again with (h, w) shares of its pixels."""
     renderer.reset()
-    return pilot
+    renderer.shares.set(shares, gain)
 
 
 def begins_again(renderer: Any, progress: Any) -> bool:
@@ -150,8 +119,8 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     Args:
         progress: of the present call of ``render``. A picture that it has only continued goes on.
     """
-    n, own = renderer.film.samples, renderer.own_shares
-    may_be = renderer.adaptive is None and renderer.film.doubles and not own.is_on
+    n = renderer.film.samples
+    may_be = renderer.adaptive is None and renderer.film.doubles and not renderer.shares.are_uneven
     if not may_be or not n == progress.samples >= FIRST_LOOK or n & (n - 1) != 0:
         return False
     left = progress.samples_to_come
@@ -162,7 +131,7 @@ def begins_again(renderer: Any, progress: Any) -> bool:
     saved = (left - with_shares) * np.isfinite(deviation).sum()
     pays = left >= LEAST_GAIN * with_shares and saved >= MUCH
     if pays:
-        own.begin(shares_of(deviation), left / with_shares)
+        begin_with(renderer, shares_of(deviation), left / with_shares)
     return pays
 
 

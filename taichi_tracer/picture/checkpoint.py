@@ -50,7 +50,7 @@ def save(renderer, path: str | Path) -> None:
     ranges = [[renderer.first_sample, renderer.first_sample + renderer.film.samples]]
     renderer.find_rare_light()
     arrays = renderer.film.to_arrays()
-    if renderer.shares.are_kept:
+    if renderer.shares.are_uneven:
         arrays[SHARES] = renderer.shares.to_image()
     write_checkpoint(path, {"samples": ranges, **renderer.facts()}, arrays)
 
@@ -64,10 +64,8 @@ def load(renderer, path: str | Path) -> None:
         raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {renderer.first_sample} on")
     renderer.film.check_arrays(arrays, path)
     renderer.begin()
-    if SHARES in arrays and renderer.shares.are_kept:
+    if SHARES in arrays:
         renderer.shares.set(arrays[SHARES])
-    elif SHARES in arrays:
-        renderer.own_shares.begin(arrays[SHARES])
     renderer.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])
 
 

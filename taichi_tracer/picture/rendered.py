@@ -9,12 +9,10 @@ import numpy as np
 
 from taichi_tracer.files.images import Picture, check_writable, encode_png, save_image
 from taichi_tracer.picture import checkpoint
-from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import Aov, albedo_uv_of, as_channels, channel_names, find_aovs
 from taichi_tracer.picture.denoised import Changed, clamped, denoised
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.progress import ErrorCurves, ErrorPoint, Progress
+from taichi_tracer.picture.progress import ErrorPoint
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import one_at_a_time
 from taichi_tracer.system.importing import import_quickly
@@ -37,19 +35,6 @@ class RenderedPicture:
         progress: of the present call of ``render``. seconds_before: of earlier calls for the same picture.
         error_curves: how the error fell, for every integrator that was tried.
     """
-
-    scene_data: Any
-    camera: Any
-    active: Any
-    is_random: bool
-    width: int
-    height: int
-    film: Film
-    shares: Shares
-    progress: Progress
-    seconds_before: float
-    error_curves: ErrorCurves
-    display: Display
 
     def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
         """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.

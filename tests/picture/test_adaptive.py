@@ -8,6 +8,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.picture import adaptive
 from taichi_tracer.picture.adaptive import (
+    BEGIN,
     POWER,
     SMALLEST,
     WHOLE,
@@ -38,16 +39,16 @@ def test_shares_follow_the_deviation_but_none_is_below_a_quarter_of_the_mean():
 
 def test_a_pixel_takes_its_samples_one_after_the_other_at_any_pass(scene):
     """As ⌈pass · share / WHOLE⌉ says, beyond 2^32 / WHOLE passes, too; all take one in the first pass, ``begin``."""
-    rng, shares = np.random.default_rng(1), Shares(4, 4, True, begin=7)
+    rng, shares = np.random.default_rng(1), Shares(4, 4)
     shares.set(rng.integers(1, WHOLE + 1, (4, 4)).astype(np.int32))
     own = shares.to_image()[::-1].T
     for first in (0, WHOLE - 3, 2**20 - 5, 2**31):
         for index in range(first, first + 9):
             found = taken(shares, index)
             before, after = (-(-(index + k) * own.astype(np.int64) // WHOLE) for k in (0, 1))
-            np.testing.assert_array_equal(found[..., 0].astype(np.uint32), 7 + before)
+            np.testing.assert_array_equal(found[..., 0].astype(np.uint32), BEGIN + before)
             np.testing.assert_array_equal(found[..., 1], after - before)
-    assert shares.range_of(1, 2, 5, 2**31) == tuple(7 - (-k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
+    assert shares.range_of(1, 2, 5, 2**31) == tuple(BEGIN - (-k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
 
 
 def taken(shares, index):
@@ -112,7 +113,7 @@ def error(picture, deviation):
 def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
     """It has the samples of those indices, in each pixel as many as its share allows, and knows its error."""
     renderer = tt.A3Renderer(box, SIZE, SIZE).use("mis").render(error=0.03)
-    assert renderer.own_shares.is_on
+    assert renderer.shares.are_uneven
     assert renderer.error().high <= 0.03
     assert 0 < renderer.progress.pilot.samples <= 64
     assert "more samples where noise is larger" in "\n".join(renderer.receipt())
@@ -131,17 +132,9 @@ def test_a_long_picture_of_uneven_noise_begins_again_with_shares(box, soon):
 def test_its_shares_end_with_the_picture(box, soon):
     renderer = tt.A3Renderer(box, SIZE, SIZE).use("mis")
     before = renderer.render(4).image()
-    former = renderer.shares
     renderer.begin_anew()
     renderer.render(error=0.03)
-    own = renderer.shares
-    assert own is not former
+    assert renderer.shares.are_uneven
     renderer.begin_anew()
     np.testing.assert_array_equal(renderer.render(4).image(), before)
-    assert renderer.shares is former
-    renderer.begin_anew()
-    renderer.render(error=0.03)
-    assert renderer.shares is own
-    renderer.use("brdf")
-    renderer.render(1)
-    assert not renderer.own_shares.is_on
+    assert not renderer.shares.are_uneven

@@ -9,7 +9,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.commands.merge import read_all
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.picture.adaptive import shares_of
+from taichi_tracer.picture.adaptive import begin_with, shares_of
 from taichi_tracer.picture.checkpoint import facts_of
 
 
@@ -41,7 +41,7 @@ def test_a_picture_whose_pixels_have_shares_goes_on_with_them(scene, tmp_path, a
     for one in (whole, first):
         one.render(1)
         if adaptive is None:
-            one.own_shares.begin(shares_of(np.linspace(0.1, 1, one.height)[:, None] * np.ones(one.width)))
+            begin_with(one, shares_of(np.linspace(0.1, 1, one.height)[:, None] * np.ones(one.width)))
     whole.render(12)
     first.render(5).save_checkpoint(path)
     second.load_checkpoint(path)

@@ -281,7 +281,7 @@ def add_notes(
 
 def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size and samples."""
-    of_pixels = " on average" if renderer.shares.are_kept else ""
+    of_pixels = " on average" if renderer.shares.are_uneven else ""
     return f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp{of_pixels}"
 
 
