@@ -263,7 +263,7 @@ def test_a_window_that_cannot_be_is_an_error_with_its_value(f32, projection, par
         ("eye", "here", "eye must be 3 numbers, not 'here'"),
         ("eye", None, "eye must be 3 finite numbers, not None"),
         ("fov", 180, "fov must be between 0 and 180 degrees"),
-        ("fov", "wide", "fov must be a number, not 'wide'"),
+        ("fov", "wide", "fov must be a finite number, not 'wide'"),
         ("handedness", "both", "unknown handedness 'both'"),
         ("screen_window", "whole", "unknown screen_window 'whole': known are default, or four numbers"),
         ("focal_distance", 0, "focal_distance must be a finite number above 0, not 0"),

@@ -19,6 +19,7 @@ class Surface:
         normal, geometric_normal: the interpolated normal and the plane's normal: unit vectors on the viewer's side.
         w_o: the unit direction to the viewer.
         material: the numbers of the material, as a struct.
+        may_transmit: whether any BRDF of the scene lets light through.
     """
 
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
@@ -28,11 +29,7 @@ class Surface:
         self.brdf_id, self.material = brdf_id, material
         self.origin, self.hit, self.w_o = origin, hit, w_o
         self.normal, self.geometric_normal = hit.normal, hit.geometric_normal
-
-    @property
-    def may_transmit(self) -> bool:
-        """Whether any BRDF of the scene lets light through."""
-        return any(brdf.transmits for brdf in self.brdfs)
+        self.may_transmit = any(brdf.transmits for brdf in self.brdfs)
 
     @compile_time
     def transmits(self):

@@ -5,6 +5,7 @@ The commands ``render`` and ``turntable`` come here if ``--cluster`` is given.
 A worker that ends costs its range: Dask lets another worker take it, and the nanny starts the worker again.
 """
 
+import math
 import time
 from argparse import Namespace
 from collections.abc import Callable
@@ -27,24 +28,12 @@ from taichi_tracer.system.errors import IncompleteError, InputError
 
 SECONDS = 5.0  # that a range takes: longer than the overhead by far, and short enough to be done again
 SECONDS_PER_WORKER = 0.2  # that are added for many workers: this machine adds up so many films of 512x512 in time
-LEAST = 1.0  # seconds: what is left then is shared without waiting for the last ones
 GROWTH = 4  # a range has at most so many times the samples of the one that was measured
 DEPTH = 2  # ranges that a worker has: one that it renders, and one that waits
 MOST_WAITING = 8  # per worker, sums that wait for those before them
 RETRIES = 2  # of a range that failed
 LOOK = 1.0  # seconds between two counts of the workers
 WAIT = 0.05  # seconds between two looks at what has come
-
-
-def passes(spp: int, mean: float) -> int:
-    """How many passes over all pixels give them so many samples on average, if one pass gives them ``mean``.
-
-    It counts as one process does, whose sum of the means is rounded in every pass.
-    """
-    count, samples = 0, 0.0
-    while samples < spp:
-        count, samples = count + 1, samples + mean
-    return count
 
 
 class DistributedRender:
@@ -72,7 +61,7 @@ class DistributedRender:
         renderer.progress = self.progress = Progress(target, pilot=pilot)
         self.client, self.cluster, self.renderer, self.target = cluster.client, cluster, renderer, target
         self.added = self.next = renderer.first_sample + renderer.film.samples
-        self.end = None if target.spp is None else self.next + passes(target.spp, renderer.shares.mean)
+        self.end = None if target.spp is None else self.next + math.ceil(target.spp / renderer.shares.mean)
         shares = renderer.shares.to_image() if renderer.shares.are_uneven else None
         self.job = self.submit(worker.deliver, replace(job, facts=renderer.facts(), shares=shares))
         self.given: dict[Any, tuple[int, int]] = {}  # future → its first sample, and how many these are
@@ -141,9 +130,7 @@ class DistributedRender:
             wanted = min(wanted, (self.target.time - self.seconds) / DEPTH)
         size = min(int(wanted / seconds_per_sample), GROWTH * last)
         if self.end is not None:  # so that all workers end at about the same time
-            left = self.end - self.next
-            shares = self.workers if left * seconds_per_sample < LEAST else DEPTH * self.workers
-            size = min(size, -(-left // shares))
+            size = min(size, math.ceil((self.end - self.next) / (DEPTH * self.workers)))
         if self.renderer.film.doubles:  # the error is estimated from doublings: a range may not go over one
             done = self.next - self.renderer.first_sample
             size = min(size, (1 << done.bit_length()) - done)

@@ -32,10 +32,6 @@ def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
 
 def checks_of(part: Any) -> list[partial]:
     """The same without what they check."""
-    if part.kind == "light":
-        return checks_of_light(part)
-    if part.kind == "environment":
-        return checks_of_environment(part)
     picture = SimpleNamespace(width=samplers.WIDTH, height=samplers.HEIGHT)
     kinds: dict[str, Callable[[], Any]] = {
         "BRDF": lambda: (brdfs.Bench(part), brdfs.steps(part)) if brdfs.described_materials(part) else (part, ()),
@@ -46,6 +42,8 @@ def checks_of(part: Any) -> list[partial]:
         "triangle test": lambda: (part, triangle_tests.STEPS),
         "tone curve": lambda: (part, [views.check_tone]),
         "lamp choice": lambda: (part, [lamp_choices.check_lamp_choice]),
+        "light": lambda: (lights.Bench(part), (*lights.steps(part), lights.check_facts)),
+        "environment": lambda: environment_and_checks(part),
     }
     subject, checks = kinds.get(part.kind, lambda: (part, ()))()
     return [partial(check, subject) for check in checks]
@@ -65,22 +63,14 @@ def checks_of_integrator(integrator: Any) -> list[Callable]:
     return checks
 
 
-def checks_of_light(light: Any) -> list[partial]:
-    """Those of a light. A scene for one that rays meet is not known here: of it, only samples are checked."""
-    is_known = light.is_far or light.is_delta or light.is_ambient
-    checks = lights.steps(light) if is_known else [lights.check_samples_are_legal]
-    subject = light if light.is_ambient else lights.Bench(light)
-    return [*(partial(check, subject) for check in checks), partial(lights.check_facts, light)]
-
-
-def checks_of_environment(environment: Any) -> list[partial]:
-    """Those of a light that surrounds a triangle, lit by the environment alone, which is turned by whole texels."""
+def environment_and_checks(environment: Any) -> tuple[lights.Bench, tuple[Callable, ...]]:
+    """A light that surrounds a triangle, lit by the environment alone, which is turned by whole texels; its checks."""
     made = environment()
     rows, columns = made.pixels.shape[:2]
     made.set_rotation(round(made.rotation * columns / 360) * 360 / columns)
     light = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=made).in_kernels().lights.far[0]
     bench = lights.Bench(light, cells=SphereCells.equal_angles(rows, columns))
-    return [partial(check, bench) for check in lights.steps(light)]
+    return bench, lights.steps(light)
 
 
 def sentence(check: partial) -> str:

@@ -108,9 +108,10 @@ def numbers(name: str, value, count: int) -> np.ndarray:
     try:
         vector = np.array(value, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError):
-        raise InputError(f"camera: {name} must be {count} numbers, not {value!r}") from None
+        vector = np.zeros(0)
     if vector.shape != (count,) or not np.isfinite(vector).all():
-        raise InputError(f"camera: {name} must be {count} finite numbers, not {value!r}")
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise InputError(f"camera: {name} must be {what}, not {value!r}")
     return vector
 
 
@@ -175,7 +176,7 @@ class CameraView:
             if not (window[0] < window[1] and window[2] < window[3]):
                 raise InputError(f"camera: screen_window is l r b t with l < r and b < t, not {digits_of(window)}")
         for name in ("frame_aspect", "focal_distance"):
-            if view[name] is not None and not 0 < as_number(name, view[name]) < math.inf:
+            if view[name] is not None and not numbers(name, view[name], 1)[0] > 0:
                 raise InputError(f"camera: {name} must be a finite number above 0, not {view[name]:g}")
         view["fov"] = check_fov(view["fov"], view["screen_window"])
         camera_frame(view["eye"], view["at"], view["up"])
@@ -227,7 +228,7 @@ def check_angle(fov: float | None, screen_window: Numbers | None = None, largest
     """
     if fov is None:
         return None
-    fov = as_number("fov", fov)
+    fov = float(numbers("fov", fov, 1)[0])
     if not (0.0 < fov < largest or fov == largest > 180.0):
         ends = "both excluded" if largest <= 180.0 else "0 excluded"
         raise InputError(f"camera: fov must be between 0 and {largest:g} degrees ({ends}), not {fov:g}")
@@ -236,14 +237,6 @@ def check_angle(fov: float | None, screen_window: Numbers | None = None, largest
         warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {window}", stacklevel=5)
         return None
     return fov
-
-
-def as_number(name: str, value: Any) -> float:
-    """A number among the values of a view; an InputError if it is none."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"camera: {name} must be a number, not {value!r}") from None
 
 
 def without_angle(values: dict[str, Any], aspect: float) -> dict[str, Any]:

@@ -16,9 +16,10 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import filled
 from taichi_tracer.system.parts import overridable, register
 
-# A node of the tree: the corners of its box, the axis of its cone, the cosine of the cone's half angle, and the sum of
-# area × luminance, which is 0 for a leaf without a lamp. The row of node i is i, and row 0 is not used.
-NODE = np.dtype([("low", float, 3), ("high", float, 3), ("axis", float, 3), ("cosine", float), ("power", float)])
+# A node of the tree: the corners of its box, the axis of its cone, the cone's half angle, and the sum of area ×
+# luminance, which is 0 for a leaf without a lamp. The row of node i is i, and row 0 is not used.
+NODE = np.dtype([("low", float, 3), ("high", float, 3), ("axis", float, 3), ("angle", float), ("power", float)])
+NO_CONE = -10.0  # the angle of a leaf without a lamp: so far below 0 that every cone contains it
 
 
 @register
@@ -34,7 +35,7 @@ class ByHierarchy(LampChoice):
         order, nodes = build(lamps)
         self.leaves = len(order)
         leaf_of = np.argsort(order)[self.leaves - len(lamps) :]  # those without a lamp, −1, come first
-        bounds = (nodes[name] for name in ("low", "high", "axis", "cosine", "power"))
+        bounds = nodes["low"], nodes["high"], nodes["axis"], np.cos(nodes["angle"]), nodes["power"]
         self._memory, fields = filled(order, leaf_of, *bounds)
         self.lamps, self.leaf_of, self.low, self.high, self.axis, self.cosine, self.power = fields
 
@@ -121,12 +122,12 @@ def build(lamps: LampTable) -> tuple[np.ndarray, np.ndarray]:
     leaves = 1 << max(0, int(count - 1).bit_length())
     order = kd_order((lamps.low + lamps.high) / 2, leaves)
     place = np.flatnonzero(order >= 0)
-    nodes = np.full(2 * leaves, np.array((np.inf, -np.inf, (0, 0, 1), 1, 0), NODE))
+    nodes = np.full(2 * leaves, np.array((np.inf, -np.inf, (0, 0, 1), NO_CONE, 0), NODE))
     leaf, of = leaves + place, order[place]
     nodes["low"][leaf], nodes["high"][leaf] = lamps.low[of], lamps.high[of]
     has_side = np.asarray(lamps.normals[of].any(axis=1) & (not lamps.two_sided))
     nodes["axis"][leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
-    nodes["cosine"][leaf] = np.where(has_side, 1.0, -1.0)
+    nodes["angle"][leaf] = np.where(has_side, 0, np.pi)
     power = lamps.areas * lamps.radiance
     nodes["power"][leaf] = (power / power.max())[of] if count > 0 else 0
     first = leaves // 2
@@ -160,17 +161,12 @@ def join(nodes: np.ndarray, parents: np.ndarray) -> None:
     nodes["low"][parents] = np.minimum(nodes["low"][a], nodes["low"][b])
     nodes["high"][parents] = np.maximum(nodes["high"][a], nodes["high"][b])
     nodes["power"][parents] = nodes["power"][a] + nodes["power"][b]
-    axis, cosine = joined_cones(nodes["axis"][a], nodes["cosine"][a], nodes["axis"][b], nodes["cosine"][b])
-    for alone, other in ((a, b), (b, a)):  # a child without a lamp has no cone
-        is_empty = nodes["power"][other] == 0
-        axis = np.where(is_empty[:, None], nodes["axis"][alone], axis)
-        cosine = np.where(is_empty, nodes["cosine"][alone], cosine)
-    nodes["axis"][parents], nodes["cosine"][parents] = axis, cosine
+    cones = joined_cones(nodes["axis"][a], nodes["angle"][a], nodes["axis"][b], nodes["angle"][b])
+    nodes["axis"][parents], nodes["angle"][parents] = cones
 
 
-def joined_cones(axis_a, cosine_a, axis_b, cosine_b) -> tuple[np.ndarray, np.ndarray]:
-    """(axes, cosines) of the smallest cones around pairs of cones (PBR, 4th edition, section 3.8.4)."""
-    theta_a, theta_b = np.arccos(np.clip(cosine_a, -1, 1)), np.arccos(np.clip(cosine_b, -1, 1))
+def joined_cones(axis_a, theta_a, axis_b, theta_b) -> tuple[np.ndarray, np.ndarray]:
+    """(axes, half angles) of the smallest cones around pairs of cones (PBR, 4th edition, section 3.8.4)."""
     between = np.arccos(np.clip((axis_a * axis_b).sum(axis=1), -1, 1))
     theta = (theta_a + theta_b + between) / 2
     pivot = np.cross(axis_a, axis_b)
@@ -178,10 +174,8 @@ def joined_cones(axis_a, cosine_a, axis_b, cosine_b) -> tuple[np.ndarray, np.nda
     turn = theta - theta_a
     pivot = pivot / np.where(length > 0, length, 1)[:, None]
     turned = axis_a * np.cos(turn)[:, None] + np.cross(pivot, axis_a) * np.sin(turn)[:, None]  # pivot ⊥ axis_a
-    is_everything = (theta >= np.pi) | (length == 0)
-    axis, cosine = turned, np.cos(np.minimum(theta, np.pi))
-    axis, cosine = np.where(is_everything[:, None], axis_a, axis), np.where(is_everything, -1.0, cosine)
-    contains_b = np.minimum(between + theta_b, np.pi) <= theta_a
-    axis, cosine = np.where(contains_b[:, None], axis_a, axis), np.where(contains_b, cosine_a, cosine)
-    contains_a = np.minimum(between + theta_a, np.pi) <= theta_b
-    return np.where(contains_a[:, None], axis_b, axis), np.where(contains_a, cosine_b, cosine)
+    b_contains_a = np.minimum(between + theta_a, np.pi) <= theta_b
+    a_contains_b = np.minimum(between + theta_b, np.pi) <= theta_a
+    cases = b_contains_a, a_contains_b, (theta >= np.pi) | (length == 0)  # the last: all directions
+    axis = np.select([case[:, None] for case in cases], [axis_b, axis_a, axis_a], turned)
+    return axis, np.select(cases, [theta_b, theta_a, np.pi], theta)

@@ -22,7 +22,7 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
-from taichi_tracer.ray import Ray
+from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import filled
 from taichi_tracer.system.parts import overridable, replaced
@@ -62,15 +62,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def radiance(self, ray, hit):
-        """Radiance of the environment along a ray that hits nothing; 0 for a ray that hits something."""
-        light = tm.vec3(0)
-        if not hit.is_hit:
-            light = self.along(ray)
-        return light
-
-    @ti.func
-    def along(self, ray):
-        """Radiance from the direction in which the ray goes; the direction has unit length."""
+        """Radiance of the environment along a ray that hits nothing; its direction has unit length."""
         direction = self.with_y_up(ray.direction)
         if ti.static("query_ray" in self.replaced):
             return self.environment.query_ray(Ray(origin=self.with_y_up(ray.origin), direction=direction))
@@ -84,7 +76,7 @@ class EnvironmentLight(Light):
     def sample(self, x, xi):
         """(w_i, ∞, radiance, pdf): see ``sample_direction``."""
         w_i, pdf = self.sample_direction(xi)
-        return w_i, tm.inf, self.along(Ray(origin=x, direction=w_i)), pdf
+        return w_i, tm.inf, self.radiance(Ray(origin=x, direction=w_i), no_hit()), pdf
 
     @ti.func
     def pdf(self, x, w_i, hit):

@@ -72,6 +72,7 @@ class SceneLights:
         far: the lights that a ray may see if it hits nothing. from_far: these together, as one light.
         single: the other lights, which are summed one by one: those without a direction (``ambient``), and those of
             which one sample each is ``drawn``.
+        has_lamps: whether a surface emits light. can_be_met: whether a ray can meet a lamp or a light that is far away.
         far_share: the probability with which ``sample`` chooses a far light.
     """
 
@@ -82,18 +83,10 @@ class SceneLights:
         self.ambient = tuple(light for light in self.single if light.is_ambient)
         self.drawn = tuple(light for light in self.single if not light.is_ambient)
         self.from_far = FarLights(self.far)
+        self.has_lamps = lamps is not None and lamps.count > 0
+        self.can_be_met = self.has_lamps or len(self.far) > 0
         self.far_share = 1.0 if not self.has_lamps else FAR_SHARE if self.far else 0.0
         self._prepared: list[Light] = []
-
-    @property
-    def has_lamps(self) -> bool:
-        """Whether a surface emits light."""
-        return self.lamps is not None and self.lamps.count > 0
-
-    @property
-    def can_be_met(self) -> bool:
-        """Whether a ray can meet one of the lights: a lamp, or a light that is far away."""
-        return self.has_lamps or len(self.far) > 0
 
     def prepare(self, draws: bool = True) -> None:
         """Build the tables with which the lights are sampled, unless they were built already.

@@ -45,8 +45,6 @@ def triangulate(points: np.ndarray, sizes: np.ndarray, ids: np.ndarray) -> tuple
         along = (areas * normals[polygon_of]).sum(axis=1)
         is_turned = along < -FLAT * (normals**2).sum(axis=1)[polygon_of]
     is_concave = np.bincount(polygon_of, is_turned, len(sizes)) > 0
-    if not is_concave.any():
-        return corners, polygon_of
     firsts, is_fan = np.cumsum(sizes) - sizes, ~is_concave[polygon_of]
     found, owners = [corners[is_fan]], [polygon_of[is_fan]]
     for k in np.flatnonzero(is_concave).tolist():

@@ -20,9 +20,9 @@ from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.film import crop_pixels
-from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements, nearest
+from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements
 from taichi_tracer.rt3.world import World
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS
 
 MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
@@ -160,7 +160,7 @@ class _Reader:
         """Handle one element according to its tag."""
         tag = element.tag = SYNONYMS.get(element.tag, element.tag)
         if tag not in TAGS:
-            self.notes.append(f"{element.where}: unknown tag <{tag[:LONGEST_SHOWN]}>{nearest(tag, TAGS)}")
+            self.notes.append(f"{element.where}: {one_of('tag', tag[:LONGEST_SHOWN], TAGS)}")
             element.known |= dict.fromkeys(element.attributes)  # so that they give no further notes
         elif tag not in WORLD:
             getattr(self, f"take_{tag}")(element)
@@ -213,9 +213,8 @@ class _Reader:
     def take_film(self, element: Element) -> None:
         """The frame, and the part of it that is written (RT-6)."""
         element.choice("type", of={"image": "image"}, default="image")
-        element.need("x_res", "w_res")
-        element.need("y_res", "h_res")
-        width, height = element.whole("x_res", "w_res"), element.whole("y_res", "h_res")
+        width = element.whole(element.need("x_res", "w_res"))
+        height = element.whole(element.need("y_res", "h_res"))
         if width * height > MOST_PIXELS:
             raise element.error(f"{width} x {height} are more than {MOST_PIXELS:,} pixels")
         film = FilmSettings(width, height)
@@ -327,7 +326,8 @@ class _Reader:
             raise InputError(f"{self.path}: the document has no <world_begin/>")
         if not self.ended_at:
             raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
-        self.result.mesh, self.result.lights = self.world.mesh(), self.world.lights
+        self.result.mesh = self.world.contents.mesh(list(self.world.material_ids))
+        self.result.lights = self.world.lights
         if self.result.mesh.num_primitives == 0 and not self.result.mesh.instances:
             self.notes.append(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
         self.result.mesh.notes = [*self.notes, *self.world.notes]

@@ -7,7 +7,7 @@ values of its attributes: numbers, colours, names; and it notes the attributes t
 
 import difflib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -19,7 +19,7 @@ from taichi_tracer.files.readers.text import number
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
 MOST_BYTES = 1 << 26  # of a document with everything that it includes: larger meshes belong in their own files
-YES, NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
+FLAGS = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
 LONGEST_SHOWN = 40  # characters of a wrong value that a message shows
 LARGEST_WHOLE = 1 << 30  # the largest whole number that an attribute may have; it fits into 32 bits
 MOST_DIGITS = 11  # of a whole number: more digits exceed every limit, and would take Python long to convert
@@ -78,13 +78,11 @@ class Element:
         words = self.attributes[name].split(maxsplit=max(counts))
         allowed = " or ".join(str(c) for c in counts)
         expected = f"{allowed} finite numbers" if counts != (1,) else "a finite number"
-        if len(words) not in counts:
-            raise self.wrong(name, expected)
         try:
             values = np.array([number(word, "") for word in words])
         except InputError:
-            raise self.wrong(name, expected) from None
-        if not np.isfinite(values).all():
+            values = np.array(np.nan)
+        if len(words) not in counts or not np.isfinite(values).all():
             raise self.wrong(name, expected)
         return values
 
@@ -109,22 +107,17 @@ class Element:
 
     def flag(self, *names: str, default: bool) -> bool:
         """True for yes, true, on, 1; False for no, false, off, 0."""
-        name = self.find(*names)
-        if name is None:
-            return default
-        word = self.attributes[name].strip().lower()
-        if word not in YES + NO:
-            raise self.wrong(name, f"one of {', '.join(YES + NO)}")
-        return word in YES
+        return self.choice(*names, of=FLAGS, default=default)
 
-    def choice(self, *names: str, of: dict[str, str], default: str | None = None) -> str:
+    def choice(self, *names: str, of: dict[str, Any], default: Any = None) -> Any:
         """The meaning of a word; ``of`` maps each allowed word, with its synonyms, to a meaning."""
         name = self.need(*names) if default is None else self.find(*names)
         if name is None:
             return default
-        word = self.attributes[name].strip()
+        text = self.attributes[name].strip()
+        word = text if text in of else text.lower()
         if word not in of:
-            raise InputError(f"{self.where}: {one_of(f'<{self.tag}> {name}', word[:LONGEST_SHOWN], of)}")
+            raise InputError(f"{self.where}: {one_of(f'<{self.tag}> {name}', text[:LONGEST_SHOWN], of)}")
         return of[word]
 
     def named(self, name: str, what: str, of: dict[str, Any]) -> Any:
@@ -183,17 +176,7 @@ class Element:
         """Add a note for every unknown attribute, with the most similar known name."""
         for name in self.attributes:
             if name not in self.known:
-                near = nearest(name, self.known)
-                self.note(f"{self.where}: <{self.tag}> has no attribute {name[:LONGEST_SHOWN]!r}{near}")
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """The end of a note about an unknown name: the most similar known name, or all known names."""
-    known = list(known)
-    near = difflib.get_close_matches(name[:LONGEST_SHOWN], known, n=1)
-    if near:
-        return f": did you mean {near[0]!r}?"
-    return f" (known are {', '.join(known)})" if known else ""
+                self.note(f"{self.where}: {one_of(f'attribute of <{self.tag}>', name[:LONGEST_SHOWN], self.known)}")
 
 
 class Elements:
@@ -230,29 +213,29 @@ class Elements:
 
     def _parse(self, path: Path, content: bytes) -> None:
         parser = expat.ParserCreate()
-        count = 0  # of elements; the first one is the root, which may have any name
 
         def where() -> str:
             """The file and the line that the parser has reached."""
             return f"{path}:{parser.CurrentLineNumber}"
 
+        def root(*_) -> None:
+            """The first element, which may have any name."""
+            parser.StartElementHandler = start
+
         def start(tag: str, attributes: dict[str, str]) -> None:
             """Handle an element within the root."""
-            nonlocal count
-            count += 1
-            if count > 1:
-                element = Element(tag, attributes, where(), self.note)
-                if tag == "include":
-                    self.read(element.path("filename"), element.where)
-                else:
-                    self.handle(element)
-                element.note_unknown()
+            element = Element(tag, attributes, where(), self.note)
+            if tag == "include":
+                self.read(element.path("filename"), element.where)
+            else:
+                self.handle(element)
+            element.note_unknown()
 
         def refuse(*_) -> None:
             """Refuse a document type before it is read."""
             raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
 
-        parser.StartElementHandler = start
+        parser.StartElementHandler = root
         parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
         try:
             parser.Parse(content, True)

@@ -71,28 +71,23 @@ def read_light(element: Element, ctm: np.ndarray) -> Light:
     Raises:
         InputError: with file and line.
     """
-    kind = element.choice("type", of=KINDS)
+    kind, color = element.choice("type", of=KINDS), _color(element)
     try:
-        return _read(element, kind, ctm)
+        if kind == "ambient":
+            return AmbientLight(color)
+        start = _place(element, ctm, "from")
+        if kind == "directional":
+            return DirectionalLight((_place(element, ctm, "to") if element.find("to") else ctm[:3, 3]) - start, color)
+        attenuation = element.numbers("attenuation", default=EVEN)
+        if kind == "point":
+            return PointLight(start, color, attenuation)
+        end = _place(element, ctm, "to")
+        cutoff = element.number("cutoff", default=CUTOFF)
+        falloff = element.number("falloff", default=min(FALLOFF, cutoff))
+        return SpotLight(start, end, color, cutoff, falloff, attenuation)
     except InputError as error:
         text = str(error)
         raise (error if text.startswith(element.where) else element.error(text)) from None
-
-
-def _read(element: Element, kind: str, ctm: np.ndarray) -> Light:
-    color = _color(element)
-    if kind == "ambient":
-        return AmbientLight(color)
-    start = _place(element, ctm, "from")
-    if kind == "directional":
-        return DirectionalLight((_place(element, ctm, "to") if element.find("to") else ctm[:3, 3]) - start, color)
-    attenuation = element.numbers("attenuation", default=EVEN)
-    if kind == "point":
-        return PointLight(start, color, attenuation)
-    end = _place(element, ctm, "to")
-    cutoff = element.number("cutoff", default=CUTOFF)
-    falloff = element.number("falloff", default=min(FALLOFF, cutoff))
-    return SpotLight(start, end, color, cutoff, falloff, attenuation)
 
 
 def _color(element: Element) -> np.ndarray:
@@ -244,8 +239,7 @@ class World:
         return replace(self.files[path])
 
     def _add_sphere(self, element: Element) -> None:
-        element.need("radius")
-        radius = element.number("radius", above=0.0)
+        radius = element.number(element.need("radius"), above=0.0)
         centre = element.numbers("center", "centre", "origin", default=np.zeros(3))
         material = self._material_of(element)
         sphere = Mesh(
@@ -293,10 +287,6 @@ class World:
             raise element.error(f"stands in the instance {self.current.name!r}, and an instance has no lights")
         self.lights.append(read_light(element, self.ctm))
 
-    def mesh(self) -> Mesh:
-        """All objects as one mesh, with instances where any are called."""
-        return self.contents.mesh(list(self.material_ids))
-
 
 def read_material(element: Element, name: str) -> Material:
     """A material of RT3. As an extension, it may have values of MTL files under their names; they are not converted."""
@@ -327,9 +317,8 @@ def read_material(element: Element, name: str) -> Material:
 
 def inline_mesh(element: Element) -> Mesh:
     """A mesh whose lists are in the document. ``normals`` have the indices of the vertices, or ``normal_indices``."""
-    element.need("vertices")
-    element.need("indices")
-    vertices, indices = element.table("vertices", 3), element.table("indices", 3, np.int64)
+    vertices = element.table(element.need("vertices"), 3)
+    indices = element.table(element.need("indices"), 3, np.int64)
     check_indices(element, "indices", indices, len(vertices), 0)
     element.find("ntriangles")  # how many there are, the indices say
     element.find("uv")  # RT3 has no textures

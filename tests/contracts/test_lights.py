@@ -10,17 +10,17 @@ import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.contracts import lights
 from taichi_tracer.contracts.statistics import SphereCells
-from taichi_tracer.contracts.steps import checks_of_environment
+from taichi_tracer.contracts.steps import environment_and_checks
 
 pytestmark = pytest.mark.usefixtures("f32")
 
 
 def check_light(light, cells=None):
     """All that a light must do; ``cells`` as for ``lights.Bench``."""
-    subject = light if light.is_ambient else lights.Bench(light, cells=cells)
+    bench = lights.Bench(light, cells=cells)
     for step in lights.steps(light):
-        step(subject)
-    lights.check_facts(light)
+        step(bench)
+    lights.check_facts(bench)
 
 
 @every("light")
@@ -39,8 +39,9 @@ def test_environments():
         def environment(options=options):
             return tt.Environment(image, **options)
 
-        for check in checks_of_environment(environment):
-            check()
+        bench, checks = environment_and_checks(environment)
+        for check in checks:
+            check(bench)
 
 
 # ── lights for the tests: half a sky and a lamp, both right, and what can be wrong with them ──

@@ -11,8 +11,7 @@ def test_a_joined_cone_contains_both_and_is_the_smallest(rng):
     axes = rng.normal(size=(2, n, 3))
     axes /= np.linalg.norm(axes, axis=2, keepdims=True)
     angles = rng.uniform(0, 2, (2, n)) * rng.choice([0.05, 1.0], (2, n))
-    axis, cosine = joined_cones(axes[0], np.cos(angles[0]), axes[1], np.cos(angles[1]))
-    joined = np.arccos(np.clip(cosine, -1, 1))
+    axis, joined = joined_cones(axes[0], angles[0], axes[1], angles[1])
     between = [np.arccos(np.clip((axis * one).sum(axis=1), -1, 1)) for one in axes]
     for k in range(2):
         assert (np.minimum(between[k] + angles[k], np.pi) <= joined + 1e-6).all()
