@@ -211,7 +211,7 @@ def test_python_gets_the_rays_of_pixels(precision):
         ({"up": (0, 0, 0)}, "up (0, 0, 0)"),
         ({"eye": (0, float("inf"), 0)}, "eye must be 3 finite numbers"),
         ({"at": (0, 1)}, "at must be 3 finite numbers"),
-        ({"at": "there"}, "at must be 3 numbers"),
+        ({"at": "there"}, "at must be 3 finite numbers"),
         ({"width": 0}, "width must be a whole number of at least 1, not 0"),
         ({"height": 2.5}, "height must be a whole number"),
         ({"handedness": "rigth"}, "right"),
@@ -260,14 +260,14 @@ def test_a_window_that_cannot_be_is_an_error_with_its_value(f32, projection, par
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("eye", "here", "eye must be 3 numbers, not 'here'"),
+        ("eye", "here", "eye must be 3 finite numbers, not 'here'"),
         ("eye", None, "eye must be 3 finite numbers, not None"),
         ("fov", 180, "fov must be between 0 and 180 degrees"),
         ("fov", "wide", "fov must be a finite number, not 'wide'"),
         ("handedness", "both", "unknown handedness 'both'"),
         ("screen_window", "whole", "unknown screen_window 'whole': known are default, or four numbers"),
         ("focal_distance", 0, "focal_distance must be a finite number above 0, not 0"),
-        ("frame_aspect", [1, 2], "frame_aspect must be a number, not [1, 2]"),
+        ("frame_aspect", [1, 2], "frame_aspect must be a finite number, not [1, 2]"),
         ("width", 8, "width is 4 and cannot be changed to 8: make a renderer, or a camera, with width=8"),
     ],
 )

@@ -44,7 +44,7 @@ def _numbers_of_a_sample(samples: ti.template(), x: int, y: int, out: ti.types.n
         rng = samples.start(ti.u32(1), x, y, ti.u32(5))
         first = rng.next_2d()
         out[0], out[1], out[2] = first.x, first.y, rng.next_1d()
-        rng.skip_2d()
+        rng.dimension += 1
         for k in range(3, 6):  # a loop of the kernel, which takes one dimension in each turn
             out[k] = rng.next_1d()
         out[6] = ti.cast(rng.dimension, float)

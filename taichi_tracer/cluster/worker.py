@@ -4,7 +4,7 @@ A job is the settings of a picture, and the contents of the files that they name
 the settings, a file is named by its place within the job, such as ``scene/box.obj``; shipped scenes and environments
 keep their names, because every worker has the same package.
 
-Each process keeps one scene and its renderers, so that kernels are read once. One thread of it uses Taichi.
+Each process keeps one scene and its renderer, so that kernels are read once. One thread of it uses Taichi.
 """
 
 import contextlib
@@ -25,12 +25,11 @@ from pathlib import Path
 from typing import Any
 
 import taichi_tracer
-from taichi_tracer import settings as groups
 from taichi_tracer.apps.console import load_parts
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.files.disk import make_folder, read_bytes, replace_file, shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
-from taichi_tracer.settings import NO_NAME, OPTIONS, RenderSettings
+from taichi_tracer.settings import NO_NAME, RenderSettings
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
@@ -40,8 +39,6 @@ from taichi_tracer.system.errors import InputError
 # What only the sender needs: where samples are kept, and when the picture ends.
 STAYS = {"spp", "time", "error", "bounces", "checkpoint", "checkpoint_every"}
 CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
-# Pictures that differ only in these share a scene. A view belongs to it: one that needs light gives it the usual one.
-OF_PICTURE = {name for name, one in OPTIONS.items() if one.group in (*groups.OF_PICTURE, groups.DISPLAY)} - {"view"}
 
 
 # ── versions ──
@@ -59,12 +56,6 @@ def installation() -> dict[str, str]:
         "Taichi": importlib.metadata.version("taichi"),
         "Python": f"{sys.version_info.major}.{sys.version_info.minor}",
     }
-
-
-def difference(theirs: dict[str, str], ours: dict[str, str]) -> str:
-    """What differs, by name with both values: "Taichi 1.7.3 there, 1.7.4 here"; "" if nothing does."""
-    names = [name for name in ours if theirs.get(name) != ours[name]]
-    return ", ".join(f"{name} {theirs.get(name, 'unknown')} there, {ours[name]} here" for name in names)
 
 
 # ── jobs ──
@@ -92,21 +83,12 @@ class Job:
     shares: Any = None
     versions: dict[str, str] = field(default_factory=installation)
 
-    def key(self, without: set[str]) -> str:
-        """A name that is equal for equal files, and equal settings but for these."""
-        options = sorted((name, repr(value)) for name, value in self.settings.items() if name not in without)
-        return hashlib.sha256(pickle.dumps([options, self.threads, sorted(self.files.items())])).hexdigest()
-
     @cached_property
-    def keys(self) -> tuple[str, tuple]:
-        """A name that is equal for jobs that share a scene, and one for those that share a renderer."""
-        return self.key(OF_PICTURE), (self.key(CAMERA), self.which)
-
-    def unpack(self, folder: Path) -> None:
-        """Write the files into a folder."""
-        for place, content in self.files.items():
-            make_folder((folder / place).parent, place)
-            replace_file(folder / place, content)
+    def key(self) -> str:
+        """A name that is equal for jobs that share a renderer: all but the place of the camera is equal."""
+        options = sorted((name, repr(value)) for name, value in self.settings.items() if name not in CAMERA)
+        parts = [options, self.which, self.threads, sorted(self.files.items())]
+        return hashlib.sha256(pickle.dumps(parts)).hexdigest()
 
     def settings_in(self, folder: Path) -> RenderSettings:
         """The settings, with the paths of the files in this folder."""
@@ -158,7 +140,7 @@ def absolute(path: str | Path) -> Path:
 
 
 taichi_thread = ThreadPoolExecutor(1)  # Dask may have several threads, and Taichi bears one
-kept: dict[str, Any] = {}  # key of a scene, the scene, its pictures and its folder; renderers by their keys
+kept: dict[str, Any] = {}  # key, scene, renderer and folder of the last job, and the job that its camera shows
 
 
 def dask_setup(_worker: Any) -> None:
@@ -181,9 +163,12 @@ def render_range(job: Job, first: int, count: int) -> dict[str, Any]:
 
     here = get_worker()
     try:
-        unlike = difference(installation(), job.versions)
+        own, wanted = installation(), job.versions
+        unlike = [
+            f"{name} {own.get(name)} there, {wanted[name]} here" for name in wanted if own.get(name) != wanted[name]
+        ]
         if unlike:
-            raise InputError(unlike)
+            raise InputError(", ".join(unlike))
         return taichi_thread.submit(samples_of, job, here.local_directory, first, count).result()
     except InputError as error:
         raise InputError(f"worker {here.address}: {error}") from None
@@ -208,10 +193,9 @@ def renderer_of(job: Job, directory: str) -> Any:
     Raises:
         InputError: the picture is not the sender's, because something beside the versions differs.
     """
-    scene_key, renderer_key = job.keys
-    if kept.get("key") != scene_key:
+    if kept.get("key") != job.key:
         load_scene(job, directory)
-    renderer = kept["renderers"].get(renderer_key)
+    renderer = kept["renderer"]
     if renderer is not None and kept["job"] is job:
         return renderer
     picture_number, view_number, bounces = job.which
@@ -223,7 +207,7 @@ def renderer_of(job: Job, directory: str) -> Any:
             renderer.bounces = tuple(bounces)
         renderer.begin()
         renderer.add_range(0, 1)  # which compiles the kernels
-        kept["renderers"][renderer_key] = renderer
+        kept["renderer"] = renderer
     place = picture.make_camera(kept["scene"]).parameters()
     del place["projection"]
     renderer.camera.set_camera_parameters(**place)
@@ -242,7 +226,9 @@ def load_scene(job: Job, directory: str) -> None:
         kept.clear()
     temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_", dir=directory)
     folder = Path(temporary.name)
-    job.unpack(folder)
+    for place, content in job.files.items():
+        make_folder((folder / place).parent, place)
+        replace_file(folder / place, content)
     settings = job.settings_in(folder)
     load_parts(settings.parts)
     asked, now = (settings.arch, settings.precision, settings.fast_math), runtime.current()
@@ -250,4 +236,4 @@ def load_scene(job: Job, directory: str) -> None:
     runtime.init(*asked, threads=job.threads, force=is_other)
     with contextlib.redirect_stderr(io.StringIO()):  # the sender has read the same notes
         scene = request_of(settings).load()
-    kept.update(key=job.keys[0], scene=scene, renderers={}, job=None, folder=folder, temporary=temporary)
+    kept.update(key=job.key, scene=scene, renderer=None, job=None, folder=folder, temporary=temporary)

@@ -26,21 +26,6 @@ LAMPS = 37  # not a power of 2, so that a binary tree has empty leaves
 DIM_LAMP, DIM_SIZE = 18, 1e-6  # one in the middle of the list, with about 10⁻¹² of the area and of the power of all
 
 
-class Bench:
-    """A choice, or its class, in a scene of ``many_lamps``, to be asked from Python."""
-
-    def __init__(self, part):
-        self.scene = tt.SceneData(many_lamps(), lamp_choice=part)
-        self.scene.lamps.prepare()
-        self.choice, self.name = self.scene.lamps.choice, part.name
-        self.chosen = Rows(self.choice.choose, [3, 3, 1], [WHOLE, 1, 1])  # x, n, (N,) ξ → lamp, probability, rest, (N,)
-        self._probability = Rows(self.choice.probability, [3, 3, WHOLE], [1])
-
-    def probabilities(self, x, n):
-        """(LAMPS,) of all lamps at one point."""
-        return self._probability(x, n, np.arange(LAMPS))
-
-
 def many_lamps():
     """Triangles whose fronts emit, in a cube of side 6, of very different sizes and powers.
 
@@ -79,41 +64,43 @@ def points(first):
 
 def check_lamp_choice(part):
     """Probabilities that add up to 1, choices that follow them, and no lamp that is never chosen."""
-    bench = Bench(part)
-    places = points(bench.scene.mesh.vertices[:3])
+    scene = tt.SceneData(many_lamps(), lamp_choice=part)
+    scene.lamps.prepare()
+    choice, places = scene.lamps.choice, points(scene.mesh.vertices[:3])
+    choose = Rows(choice.choose, [3, 3, 1], [WHOLE, 1, 1])  # x, n, (N,) ξ → lamp, probability, rest, (N,)
+    probability = Rows(choice.probability, [3, 3, WHOLE], [1])
     level = sidak(2 * len(places))
     for i, (x, n) in enumerate(places):
-        check_choices(bench, x, n, level, seed=i)
+        expected = probability(x, n, np.arange(LAMPS))
+        xi = uniform_pairs(SAMPLES, seed=i)[:, 0]
+        xi[:2] = 0, LAST
+        lamp, found, rest = choose(x, n, xi)
+        check_choices(f"{part.name} at {x}", expected, lamp.astype(int), found, level)
+        if not choice.samples_points:  # such a choice draws the point itself, and nobody uses what is left
+            check_rest(f"{part.name} at {x}", lamp.astype(int), rest, level)
     # The dim lamp lights a point from which all others are below the horizon: if it is lost, the point is black.
-    dim = bench.probabilities(np.array([0.0, 9.9, 0.0]), np.array([0.0, 1.0, 0.0]))[DIM_LAMP]
-    assert dim > 0, f"{bench.name}: the probability of a dim lamp is 0"
-    bench.scene.destroy()
+    dim = probability([0.0, 9.9, 0.0], [0.0, 1.0, 0.0], DIM_LAMP)[0]
+    assert dim > 0, f"{part.name}: the probability of a dim lamp is 0"
+    scene.destroy()
 
 
-def check_choices(bench, x, n, level, seed):
-    """There is such a lamp; it is chosen with its probability; what is left of the random number is uniform."""
-    expected, what = bench.probabilities(x, n), f"{bench.name} at {x}"
+def check_choices(what, expected, lamp, probability, level):
+    """There is such a lamp, and it is chosen with its probability."""
     check_range(f"{what}: a probability", expected, 0)
     check_near(f"{what}: the probabilities of all lamps do not add up to 1", expected.sum(), 1, LAMPS * ROUNDING)
-    xi = uniform_pairs(SAMPLES, seed)[:, 0]
-    xi[:2] = 0, LAST
-    lamp, probability, rest = bench.chosen(x, n, xi)
-    lamp = lamp.astype(int)
     check_range(f"{what}: the number of a lamp that choose returns", lamp, 0, LAMPS - 1)
     shares = probability / expected[lamp]
     check_near(f"{what}: choose returns a probability that is not that of its lamp", shares, 1, LAMPS * ROUNDING)
     p = chi_square_p(np.bincount(lamp, minlength=LAMPS), SAMPLES * expected)
     assert p > level, f"{what}: lamps are not chosen with their probabilities: p = {p:.1e}"
-    if not bench.choice.samples_points:  # such a choice draws the point itself, and nobody uses what is left
-        check_range(f"{what}: the rest", rest, 0, LAST)
-        p = p_of_uniform(lamp, rest)
-        assert p > level, f"{what}: the rest is not uniform among the samples of a lamp: p = {p:.1e}"
 
 
-def p_of_uniform(lamp, rest):
-    """p of the χ² test that the rests are uniform in [0, 1) for each lamp that is chosen often enough."""
+def check_rest(what, lamp, rest, level):
+    """What is left of the random number is uniform in [0, 1), for each lamp that is chosen often enough: by χ²."""
+    check_range(f"{what}: the rest", rest, 0, LAST)
     counts = np.zeros((lamp.max() + 1, BINS))
     np.add.at(counts, (lamp, (rest * BINS).astype(int)), 1)
     counts = counts[counts.sum(axis=1) >= 10 * BINS]
     expected = counts.sum(axis=1, keepdims=True) / BINS
-    return chi_square_sf((np.square(counts - expected) / expected).sum(), len(counts) * (BINS - 1))
+    p = chi_square_sf((np.square(counts - expected) / expected).sum(), len(counts) * (BINS - 1))
+    assert p > level, f"{what}: the rest is not uniform among the samples of a lamp: p = {p:.1e}"

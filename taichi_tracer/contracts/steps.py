@@ -27,11 +27,6 @@ from taichi_tracer.system.parts import replaced
 
 def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
     """What is checked of a part, and the check; none of a renderer, which only puts others together."""
-    return [(sentence(check), check) for check in checks_of(part)]
-
-
-def checks_of(part: Any) -> list[partial]:
-    """The same without what they check."""
     picture = SimpleNamespace(width=samplers.WIDTH, height=samplers.HEIGHT)
     kinds: dict[str, Callable[[], Any]] = {
         "BRDF": lambda: (brdfs.Bench(part), brdfs.steps(part)) if brdfs.described_materials(part) else (part, ()),
@@ -46,7 +41,7 @@ def checks_of(part: Any) -> list[partial]:
         "environment": lambda: environment_and_checks(part),
     }
     subject, checks = kinds.get(part.kind, lambda: (part, ()))()
-    return [partial(check, subject) for check in checks]
+    return [(sentence(check), partial(check, subject)) for check in checks]
 
 
 def check_of_intersector(part: Any) -> Callable:
@@ -73,7 +68,7 @@ def environment_and_checks(environment: Any) -> tuple[lights.Bench, tuple[Callab
     return bench, lights.steps(light)
 
 
-def sentence(check: partial) -> str:
+def sentence(check: Callable) -> str:
     """The first sentence of a check's documentation, without the full stop."""
-    text = " ".join((inspect.getdoc(check.func) or check.func.__name__).split("\n\n")[0].split())
+    text = " ".join((inspect.getdoc(check) or check.__name__).split("\n\n")[0].split())
     return text.split(". ")[0].rstrip(".").replace("``", "")

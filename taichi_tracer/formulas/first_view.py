@@ -24,8 +24,6 @@ GOOD_ENOUGH = 0.75  # of the best score: the usual view is kept if it has so muc
 AROUND = (0.0, 3.5), (90.0, 3.5), (180.0, 3.5), (270.0, 3.5), (35.0, 20.0), (125.0, 20.0), (215.0, 20.0), (305.0, 20.0)
 INSIDE = (0.85, 0.2, 0.85), (-0.5, -0.1, -0.5), 75.0  # eye and point looked at, in half boxes; degrees
 BASE, OF_BASE, DOWN = 0.01, 0.2, -0.98  # the thickness of a base, its share of the box, and the normal's part
-View = dict[str, Any]  # the parameters of a camera
-Angles = tuple[float, float]
 
 
 class Surface(NamedTuple):
@@ -41,7 +39,7 @@ class Surface(NamedTuple):
     area: float
 
 
-def best_view(surface: Surface, up_axis: str, further: tuple[View, ...]) -> View | Angles:
+def best_view(surface: Surface, up_axis: str, further: tuple[dict, ...]) -> dict | tuple[float, float]:
     """The view that shows most: as a view, or as the angles of ``view_of_points``.
 
     Args:
@@ -50,13 +48,13 @@ def best_view(surface: Surface, up_axis: str, further: tuple[View, ...]) -> View
     if len(surface.points) == 0:
         return FROM
     some = surface.points[::EACH]
-    choices: list[View | Angles] = [FROM, *AROUND, *inside(surface, up_axis), *further]
+    choices: list[dict | tuple[float, float]] = [FROM, *AROUND, *inside(surface, up_axis), *further]
     views = (one if isinstance(one, dict) else view_of_points(some, up_axis, seen_from=one) for one in choices)
     scores = [score(view, surface) for view in views]
     return FROM if scores[0] >= GOOD_ENOUGH * max(scores) else choices[int(np.argmax(scores))]
 
 
-def inside(surface: Surface, up_axis: str) -> list[View]:
+def inside(surface: Surface, up_axis: str) -> list[dict]:
     """Views from four corners of the box into it; none if it is flat."""
     low, high = box_of(surface.points)
     middle, half, (eye, at, fov) = (low + high) / 2, (high - low) / 2, INSIDE

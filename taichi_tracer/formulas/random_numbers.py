@@ -66,11 +66,6 @@ class RandomNumbers:
         """One number in [0, 1)."""
         return self.next_2d().x
 
-    @ti.func
-    def skip_2d(self):
-        """Skip the pair of the next dimension, because other code has used it already."""
-        self.dimension += 1
-
 
 @compile_time
 def given_or_drawn(xi):

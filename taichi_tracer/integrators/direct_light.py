@@ -97,7 +97,7 @@ class DirectLight(Integrator):
     def reflected(self, scene, surface, rng):
         """One sample of the light that a surface reflects: from the direction of ``sample``, or from a mirror's own."""
         xi = rng.next_2d_of_term()
-        rng.skip_2d()  # the pair for a sample of the lights, which only other estimators take
+        rng.dimension += 1  # the pair for a sample of the lights, which only other estimators take
         w_i, f_cos_over_pdf = self.sample(scene, surface, xi)
         if surface.is_delta():
             w_i = surface.sample(xi)

@@ -225,9 +225,6 @@ class Lamps(Light):
                 pdf *= self.choice.probability(x, n, lamp)
         return pdf
 
-    def __repr__(self) -> str:
-        return f"Lamps({self.count:,} surfaces, chosen by {self.choice.name})"
-
 
 def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTable:
     """The table of the primitives that emit. Primitives that no ray can hit, and those without area, are left out."""

@@ -52,16 +52,9 @@ class SpotLight(GivenLight):
     def sample(self, x, xi):
         """(ω_i, r, s(θ) I/(Kc + Kl r + Kq r²), 1) from the point x."""
         w_i, r = towards(x, tm.vec3(self.position))
-        light = tm.vec3(self.intensity) / fall(tm.vec3(self.attenuation), r)
-        return w_i, r, self.share(angle(tm.vec3(self._axis), -w_i)) * light, 1.0
-
-    @ti.func
-    def share(self, theta):
-        """s(θ), of an angle in degrees."""
-        return ti.select(theta <= self.falloff, 1.0, ti.max(0.0, (self.cutoff - theta) / (self.cutoff - self.falloff)))
-
-
-@ti.func
-def angle(a, b):
-    """The angle between two unit vectors, in degrees. Its tangent is accurate near 0 and 180, too (Kahan 2006)."""
-    return tm.degrees(ti.atan2(tm.cross(a, b).norm(), tm.dot(a, b)))
+        axis = tm.vec3(self._axis)
+        # The tangent is accurate near 0 and 180 degrees, too (Kahan 2006).
+        theta = tm.degrees(ti.atan2(tm.cross(axis, -w_i).norm(), tm.dot(axis, -w_i)))
+        edge = ti.max(0.0, (self.cutoff - theta) / (self.cutoff - self.falloff))
+        s = ti.select(theta <= self.falloff, 1.0, edge)
+        return w_i, r, s * (tm.vec3(self.intensity) / fall(tm.vec3(self.attenuation), r)), 1.0

@@ -93,12 +93,6 @@ def similarities(linear: np.ndarray) -> np.ndarray:
     return np.where(off <= UNIFORM * square, np.sqrt(square), np.nan)
 
 
-def similarity(linear: np.ndarray) -> float | None:
-    """The factor by which a transform multiplies all lengths; None if the factor depends on the direction."""
-    factor = float(similarities(linear[None])[0])
-    return None if np.isnan(factor) else factor
-
-
 def reverse(mesh: Mesh) -> None:
     """Reverse the side that each triangle faces; vertex normals do not change."""
     mesh.faces = mesh.faces[:, [0, 2, 1]]
@@ -122,7 +116,7 @@ def moved(mesh: Mesh, matrix: np.ndarray) -> Mesh:
     linear = matrix[:3, :3]
     mesh.vertices = mesh.vertices @ linear.T + matrix[:3, 3]
     if len(mesh.spheres) > 0:
-        centres, scale = mesh.spheres[:, :3] @ linear.T + matrix[:3, 3], similarity(linear) or 0.0
+        centres, scale = mesh.spheres[:, :3] @ linear.T + matrix[:3, 3], np.nan_to_num(similarities(linear[None])[0])
         mesh.spheres = np.column_stack([centres, scale * mesh.spheres[:, 3]])
     if len(mesh.normals) > 0:
         if np.linalg.det(linear) == 0:

@@ -14,13 +14,13 @@ import numpy as np
 
 from taichi_tracer.camera import check_view
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.formulas.view import DEFAULT_WINDOW, camera_frame
+from taichi_tracer.formulas.view import DEFAULT_WINDOW, HANDEDNESS, camera_frame
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.film import crop_pixels
-from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements
+from taichi_tracer.rt3.elements import FLAGS, LONGEST_SHOWN, Element, Elements
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS
@@ -41,12 +41,10 @@ SYNONYMS = {
     "scaling": "scale",
 }
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
-TRANSFORMS = ("translate", "scale", "rotate", "matrix", "identity")
 SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
-HANDS = {"left": "left", "right": "right"}
 AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
 WORLD = {
-    **dict.fromkeys(TRANSFORMS, World.transform),
+    **dict.fromkeys(("translate", "scale", "rotate", "matrix", "identity"), World.transform),
     **dict.fromkeys(("push_CTM", "push_GS"), World.push),
     **dict.fromkeys(("pop_CTM", "pop_GS"), World.pop),
     "object": World.add_object,
@@ -205,7 +203,8 @@ class _Reader:
         given = {
             "frame_aspect": element.number("frame_aspect", "frame_aspectratio", above=0.0),
             "focal_distance": element.number("focal_distance", above=0.0),
-            "handedness": element.find("handedness") and element.choice("handedness", of=HANDS),
+            "handedness": element.find("handedness")
+            and element.choice("handedness", of={hand: hand for hand in HANDEDNESS}),
         }
         view |= {key: value for key, value in given.items() if value is not None}
         self.camera = view, element.where
@@ -231,7 +230,7 @@ class _Reader:
             name = Path(filename.replace("\\", "/"))
             has_ending = name.suffix.lower() in IMAGE_TYPES.values() and not element.find("img_type")
             filename = str(name if has_ending else name.with_suffix(extension))
-        gamma = element.flag("gamma_corrected", default=True)
+        gamma = element.choice("gamma_corrected", of=FLAGS, default=True)
         self.film = replace(film, filename=filename, gamma_corrected=gamma)
 
     def take_integrator(self, element: Element) -> None:
@@ -271,8 +270,6 @@ class _Reader:
     def take_aggregator(self, element: Element) -> None:
         """Which intersector finds what a ray hits (RT-12). The hierarchy of the package splits as it sees fit."""
         self.result.intersector = element.choice("type", of=AGGREGATORS)
-        if given := [name for name in ("split_method", "max_prims_per_node") if element.find(name)]:
-            self.notes.append(f"{element.where}: <aggregator> {' and '.join(given)} is not used")
 
     # --- the world and the pictures -----------------------------------------------------------------------------------
 

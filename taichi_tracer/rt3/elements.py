@@ -22,7 +22,6 @@ MOST_BYTES = 1 << 26  # of a document with everything that it includes: larger m
 FLAGS = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
 LONGEST_SHOWN = 40  # characters of a wrong value that a message shows
 LARGEST_WHOLE = 1 << 30  # the largest whole number that an attribute may have; it fits into 32 bits
-MOST_DIGITS = 11  # of a whole number: more digits exceed every limit, and would take Python long to convert
 
 
 class Element:
@@ -101,16 +100,12 @@ class Element:
         if name is None:
             return default
         text = self.attributes[name].strip()
-        if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and least <= int(text) <= most):
+        if not (text.isascii() and text.isdigit() and len(text) <= len(str(most)) and least <= int(text) <= most):
             raise self.wrong(name, f"a whole number from {least} to {most}")
         return int(text)
 
-    def flag(self, *names: str, default: bool) -> bool:
-        """True for yes, true, on, 1; False for no, false, off, 0."""
-        return self.choice(*names, of=FLAGS, default=default)
-
     def choice(self, *names: str, of: dict[str, Any], default: Any = None) -> Any:
-        """The meaning of a word; ``of`` maps each allowed word, with its synonyms, to a meaning."""
+        """The meaning of a word or a name; ``of`` maps each allowed word, with its synonyms, to a meaning."""
         name = self.need(*names) if default is None else self.find(*names)
         if name is None:
             return default
@@ -119,13 +114,6 @@ class Element:
         if word not in of:
             raise InputError(f"{self.where}: {one_of(f'<{self.tag}> {name}', text[:LONGEST_SHOWN], of)}")
         return of[word]
-
-    def named(self, name: str, what: str, of: dict[str, Any]) -> Any:
-        """What the world has under the name that an attribute says; ``what`` names its kind in messages."""
-        text = self.text(self.need(name))
-        if text not in of:
-            raise self.error(f"{name}: {one_of(what, text[:LONGEST_SHOWN], of)}")
-        return of[text]
 
     def text(self, *names: str) -> str | None:
         """A text that is not empty; None if the attribute is missing."""
@@ -166,10 +154,8 @@ class Element:
             values = np.array(self.attributes[name].split(), dtype)
         except (ValueError, OverflowError) as error:
             raise self.error(f"{name} must be {what}: {error}") from None
-        if not np.isfinite(values).all():
-            raise self.error(f"{name} must be {what}")
-        if len(values) == 0 or len(values) % columns != 0:
-            raise self.error(f"{name} must be {what} in groups of {columns}, not {len(values)} of them")
+        if len(values) == 0 or len(values) % columns != 0 or not np.isfinite(values).all():
+            raise self.error(f"{name} must be {what} in groups of {columns}; it has {len(values)}")
         return values.reshape(-1, columns)
 
     def note_unknown(self) -> None:

@@ -18,8 +18,8 @@ from taichi_tracer.lights.directional_light import DirectionalLight
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.meshes.parts import joined, moved, reverse, similarity
-from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
+from taichi_tracer.meshes.parts import joined, moved, reverse, similarities
+from taichi_tracer.rt3.elements import FLAGS, LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 
 # ── contents ──
@@ -130,7 +130,6 @@ class World:
         self.contents = Contents(str(path))  # of the world
         self.current = self.contents  # of the world, or of the instance that is being defined
         self.instances: dict[str, Mesh] = {}
-        self.begins: dict[str, str] = {}  # of instances: where they were defined
         self.before = self.ctm, self.material  # the instance that is being defined
         self.lights: list[Light] = []
         self.notes: list[str] = []
@@ -179,7 +178,7 @@ class World:
 
     def restore_transform(self, element: Element) -> None:
         """Restore the transform that was saved under a name."""
-        self.ctm = element.named("name", "coordinate system", self.named_transforms)
+        self.ctm = element.choice("name", of=self.named_transforms)
 
     # --- materials ----------------------------------------------------------------------------------------------------
 
@@ -194,12 +193,12 @@ class World:
 
     def use_named_material(self, element: Element) -> None:
         """Make a named material the current one."""
-        self.material = element.named("name", "material", self.named_materials)
+        self.material = element.choice("name", of=self.named_materials)
 
     def _material_of(self, element: Element) -> Material | None:
         if element.find("material") is None:
             return self.material
-        return element.named("material", "material", self.named_materials)
+        return element.choice("material", of=self.named_materials)
 
     def _id_of(self, material: Material) -> int:
         return self.material_ids.setdefault(material, len(self.material_ids))
@@ -213,12 +212,12 @@ class World:
             self._add_sphere(element)
             return
         mesh = self._mesh_of_file(element) if element.find("filename") else inline_mesh(element)
-        if element.flag("reverse_vertex_order", default=False):
+        if element.choice("reverse_vertex_order", of=FLAGS, default=False):
             reverse(mesh)
-        if element.flag("compute_normals", default=False):
+        if element.choice("compute_normals", of=FLAGS, default=False):
             mesh.normals = area_weighted(mesh.vertices, mesh.faces)
             mesh.face_normals = mesh.faces.astype(np.int32)
-        if element.flag("backface_cull", default=False):
+        if element.choice("backface_cull", of=FLAGS, default=False):
             mesh.face_culls = np.ones(len(mesh.faces), bool)
         mesh = moved(mesh, self.ctm)
         material = self._material_of(element)
@@ -250,7 +249,7 @@ class World:
             sphere_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
         )
         ctm = self.ctm
-        if similarity(ctm[:3, :3]) is None:  # an ellipsoid, which is a sphere in a place of its own
+        if np.isnan(similarities(ctm[None, :3, :3])[0]):  # an ellipsoid, which is a sphere in a place of its own
             self.current.calls.append((replace(sphere, source="sphere", materials=list(self.material_ids)), ctm))
         else:
             self.current.parts.append(moved(sphere, ctm))
@@ -263,7 +262,7 @@ class World:
         if self.current is not self.contents:
             raise element.error(f"stands in the instance {self.current.name!r}, which began at {self.current.where}")
         if name in self.instances:
-            raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already, at {self.begins[name]}")
+            raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already")
         self.current, self.before = Contents(name, element.where), (self.ctm, self.material)
 
     def end_instance(self, element: Element) -> None:
@@ -271,7 +270,6 @@ class World:
         if self.current is self.contents:
             raise element.error("has no object_instance_begin before it")
         self.instances[self.current.name] = self.current.mesh(list(self.material_ids))
-        self.begins[self.current.name] = self.current.where
         self.current, (self.ctm, self.material) = self.contents, self.before
 
     def call_instance(self, element: Element) -> None:
@@ -279,7 +277,7 @@ class World:
         name = element.text(element.need("name"))
         if self.current is not self.contents and name == self.current.name:
             raise element.error(f"an instance contains itself: {name[:LONGEST_SHOWN]} → {name[:LONGEST_SHOWN]}")
-        self.current.calls.append((element.named("name", "instance", self.instances), self.ctm))
+        self.current.calls.append((element.choice("name", of=self.instances), self.ctm))
 
     def add_light(self, element: Element) -> None:
         """Add a light, at its place in the current transform."""
@@ -293,8 +291,7 @@ def read_material(element: Element, name: str) -> Material:
     kind = element.choice("type", of=MATERIALS, default="matte")
     base = "color" if kind == "flat" else "diffuse"
     colors = element.colors("color", "diffuse", "ambient", "specular", "mirror")
-    if "color" in colors and "diffuse" in colors:
-        raise element.error("color and diffuse mean the same: give one of them")
+    element.find("color", "diffuse")  # which mean the same
     keys = {base: "Kd", "color": "Kd", "diffuse": "Kd", "ambient": "Ka", "specular": "Ks", "mirror": "Km"}
     values: dict = {key: colors[attribute] for attribute, key in keys.items() if attribute in colors}
     if kind == "phong":
@@ -325,14 +322,11 @@ def inline_mesh(element: Element) -> Mesh:
     mesh = Mesh(vertices=vertices, faces=indices)
     normals, normal_indices = element.table("normals", 3), element.table("normal_indices", 3, np.int64)
     if normals is not None:
-        if normal_indices is None:
-            if len(normals) != len(vertices):
-                raise element.error(f"normals has {len(normals)} entries for {len(vertices)} vertices")
-            normal_indices = indices
-        elif len(normal_indices) != len(indices):
-            raise element.error(f"normal_indices has {len(normal_indices)} triangles, indices {len(indices)}")
-        check_indices(element, "normal_indices", normal_indices, len(normals), -1)
-        mesh.normals, mesh.face_normals = normals, normal_indices.astype(np.int32)
+        ids = indices if normal_indices is None else normal_indices
+        if len(ids) != len(indices):
+            raise element.error(f"normal_indices has {len(ids)} triangles, indices {len(indices)}")
+        check_indices(element, "normal_indices", ids, len(normals), -1)
+        mesh.normals, mesh.face_normals = normals, ids.astype(np.int32)
     return mesh
 
 

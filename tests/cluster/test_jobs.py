@@ -7,7 +7,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.cluster import settings_from, worker
-from taichi_tracer.cluster.worker import difference, pack
+from taichi_tracer.cluster.worker import pack
 from taichi_tracer.files.disk import noting_reads
 
 OBJ = "mtllib ../materials/m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"
@@ -31,9 +31,5 @@ def test_a_worker_renders_the_samples_of_the_sender_without_its_files(tmp_path):
     assert set(job.files) == {"environment/sky.npy", "scene/meshes/one.obj", "scene/materials/m.mtl"}
     mesh.unlink()
     parts = [worker.samples_of(job, str(tmp_path), first, 2)["arrays"]["total"] for first in (0, 2)]
-    alone = tt.A2Renderer(scene, 8, 4, camera=worker.kept["renderers"][job.keys[1]].camera).use("mis").render(4)
+    alone = tt.A2Renderer(scene, 8, 4, camera=worker.kept["renderer"].camera).use("mis").render(4)
     np.testing.assert_allclose(sum(parts).sum(axis=2), alone.film.total.to_numpy().sum(axis=2), rtol=1e-12)
-
-
-def test_what_differs_between_two_machines_is_named_with_both_values():
-    assert difference({"A": "1", "Taichi": "1.0"}, {"A": "1", "Taichi": "2.0"}) == "Taichi 1.0 there, 2.0 here"

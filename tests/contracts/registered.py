@@ -6,7 +6,7 @@ import pytest
 from support import DEBUG
 
 from taichi_tracer.contracts import brdfs, integrators, intersectors
-from taichi_tracer.contracts.steps import checks_of
+from taichi_tracer.contracts.steps import steps_of
 from taichi_tracer.system.parts import PARTS
 
 # Parts of a user are checked about three normals and with more rays; the package's in half the time.
@@ -41,7 +41,7 @@ def registered(part):
 
 def check_part(part):
     """All that a part must do."""
-    for check in checks_of(part):
+    for _, check in steps_of(part):
         check()
 
 

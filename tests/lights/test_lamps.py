@@ -127,9 +127,7 @@ def test_what_cannot_be_hit_is_no_lamp():
     assert sorted(scene.lamps.table.primitives) == [0, 1]
 
 
-def test_the_number_and_the_choice_of_lamps_are_told():
-    scene = square(lamp_choice="area")
-    assert repr(scene.lamps) == "Lamps(2 surfaces, chosen by area)"
+def test_an_unknown_choice_of_lamps_is_an_error():
     with pytest.raises(tt.InputError, match="lamp choice 'nearest'"):
         square(lamp_choice="nearest")
 

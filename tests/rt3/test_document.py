@@ -199,8 +199,8 @@ MALFORMED = {
     "flat scale": (document('<scale value="1 0 1"/>'), ":6: <scale> value must be numbers other than 0"),
     "axis": (document('<rotate angle="1" axis="0 0 0"/>'), ":6: <rotate> axis must be a direction, not '0 0 0'"),
     "material": (document('<material type="glas"/>'), ":6: unknown <material> type 'glas'"),
-    "no material": (document('<named_material name="x"/>'), ":6: <named_material> name: unknown material 'x'"),
-    "no system": (document('<restore_coord_system name="x"/>'), "unknown coordinate system 'x'"),
+    "no material": (document('<named_material name="x"/>'), ":6: unknown <named_material> name 'x'"),
+    "no system": (document('<restore_coord_system name="x"/>'), "unknown <restore_coord_system> name 'x'"),
     "empty name": (
         document('<make_named_material name=" "/>'),
         ":6: <make_named_material> name must be a name, not ' '",
@@ -222,7 +222,10 @@ MALFORMED = {
     ),
     "infinite vertex": (document(f'{MESH}vertices="0 0 inf" indices="0 0 0"/>'), "must be finite numbers"),
     "no vertices": (document(f'{MESH}indices="0 0 0"/>'), ":6: <object> needs the attribute vertices"),
-    "normals": (document(f'{MESH}{TRIANGLE}normals="0 0 1"/>'), "normals has 1 entries for 3 vertices"),
+    "normals": (
+        document(f'{MESH}{TRIANGLE}normals="0 0 1"/>'),
+        "normal_indices: triangle 0 has index 1, which is out of range",
+    ),
     "no file": (document(f'{MESH}filename="a.obj"/>'), ":6: <object> filename: no such file 'a.obj' beside scene.xml"),
     "no mesh": (document(f'{MESH}filename="scene.xml"/>'), "unknown file type '.xml'"),
     "no include": (document('<include filename="b.xml"/>'), ":6: <include> filename: no such file 'b.xml'"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_tracer.rt3.document import read_rt3
-from taichi_tracer.rt3.elements import Element
+from taichi_tracer.rt3.elements import FLAGS, Element
 from taichi_tracer.system.errors import InputError
 
 
@@ -53,9 +53,9 @@ def test_whole_numbers_are_digits_within_limits(text):
 
 def test_flags_are_words():
     for word, meaning in (("yes", True), ("TRUE", True), (" on ", True), ("1", True), ("no", False), ("Off", False)):
-        assert element(f=word).flag("f", default=not meaning) is meaning
-    assert element().flag("f", default=True) is True
-    assert refused(element(f="maybe").flag, "f", default=True).endswith("off, 0, not 'maybe'")
+        assert element(f=word).choice("f", of=FLAGS, default=not meaning) is meaning
+    assert element().choice("f", of=FLAGS, default=True) is True
+    assert refused(element(f="maybe").choice, "f", of=FLAGS, default=True).endswith("no, false, off, 0")
 
 
 def test_colours_of_one_element_are_judged_together():
