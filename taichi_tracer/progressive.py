@@ -119,7 +119,7 @@ class ProgressiveRenderer(RendererParts):
             with stage(KERNELS_MADE), compiling.first_launch():
                 self._take_samples(parts, self.seed, 0, 0)
         with stage(SAMPLES, waits=True):
-            self._take_samples(parts, self.seed, index, count)
+            self._take_samples(parts, self.shares.seed_of(self.seed), index, count)
 
     @property
     def passes_at_once(self) -> int:

@@ -409,7 +409,7 @@ class PixelExplainer:
         for k in range(count):
             if sample is not None and k in (sample, sample + 1):
                 self.log.is_on[None] = int(k == sample)
-            r._take_samples(self.parts, r.seed, self.first + k, 1)
+            r._take_samples(self.parts, r.shares.seed_of(r.seed), self.first + k, 1)
             values[k] = self.value.to_numpy()
         return values
 

@@ -34,7 +34,7 @@ ROUNDS = 16  # of the search for shares that are neither too small nor too few
 # those so far are thrown away; it looks at its samples from this number on. So many samples must be saved in all.
 LEAST_GAIN, FIRST_LOOK = 1.5, 8
 MUCH = 1 << 23
-BEGIN = 1 << 20  # the index of the first sample of a picture with shares, whose numbers no pilot had
+OTHER_SEED = 0x9E3779B9  # combined with the seed of a picture with shares: its pilot has other random numbers
 QUIET = 1e-3  # times the mean variance: a group below this counts as free of noise, whatever its samples cost
 
 
@@ -50,33 +50,36 @@ class Shares:
     Attributes:
         are_uneven: whether the pixels have got shares. mean: of all shares, as a fraction.
         gain: how many times fewer samples were predicted with them; 1 if nobody did.
-        begin: the index of the sample that a pixel takes first.
     """
 
     def __init__(self, width: int, height: int) -> None:
         self._memory, (self.share,) = memory.filled(np.full((width, height), WHOLE), indices=2)
-        self.are_uneven, self.mean, self.gain, self.begin = False, 1.0, 1.0, memory.varying(0)
+        self.are_uneven, self.mean, self.gain = False, 1.0, 1.0
 
     def set(self, shares: np.ndarray, gain: float = 1.0) -> None:
         """Set the (height, width) shares of the pixels, top row first, in units of 1/``WHOLE``."""
         self._memory.write(self.share, shares[::-1].T)
         self.mean = float(shares.mean()) / WHOLE
-        self.are_uneven, self.gain, self.begin = True, gain, memory.varying(BEGIN)
+        self.are_uneven, self.gain = True, gain
 
     def reset(self) -> None:
         """Let all pixels take all samples again."""
         if self.are_uneven:
             self.set(np.full_like(self.to_image(), WHOLE))
-            self.are_uneven, self.begin = False, memory.varying(0)
+            self.are_uneven = False
 
     def to_image(self) -> np.ndarray:
         """What ``set`` was given."""
         return self._memory.read(self.share).T[::-1].astype(np.int32)
 
+    def seed_of(self, seed: int) -> int:
+        """The seed of the samples, for a seed of the picture."""
+        return seed ^ OTHER_SEED if self.are_uneven else seed
+
     def range_of(self, x: int, y: int, first: int, end: int) -> tuple[int, int]:
         """The first index and the end of the samples that a pixel takes in the passes from ``first`` to ``end``."""
         share = int(self.share[x, y])
-        first, end = (self.begin + (index * share + WHOLE - 1 >> SHARE_BITS) for index in (first, end))
+        first, end = (index * share + WHOLE - 1 >> SHARE_BITS for index in (first, end))
         return first, end
 
     @ti.func
@@ -87,8 +90,7 @@ class Shares:
         share, high, low = ti.cast(self.share[x, y], ti.u32), index >> SHARE_BITS, index & (WHOLE - 1)
         product = low * share
         rest = product & (WHOLE - 1)
-        number = ti.cast(self.begin, ti.u32) + high * share + (product + (WHOLE - 1) >> SHARE_BITS)
-        return number, rest == 0 or rest + share > WHOLE
+        return high * share + (product + (WHOLE - 1) >> SHARE_BITS), rest == 0 or rest + share > WHOLE
 
     def receipt(self) -> list[str]:
         """One line, if the picture began again with shares by itself."""

@@ -33,7 +33,6 @@ def number(text: str) -> float:
 
 def positive(text: str) -> float:
     """A number more than 0, for argparse."""
-    number(text)
     return checked(text, float, lambda value: 0 < value < float("inf"), "a number more than 0")
 
 
@@ -93,13 +92,8 @@ def names(text: str) -> tuple[str, ...]:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height from "640x480", for argparse; "512" is a square."""
-    parts = text.lower().replace("×", "x").split("x")
-    if len(parts) == 1:
-        parts *= 2
-    try:
-        width, height = (int(part) for part in parts)
-    except ValueError:
-        width = height = 0
+    match = re.fullmatch(r"(\d+)(?:\s*[x×]\s*(\d+))?", text.strip().lower(), re.ASCII)
+    width, height = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
     if width < 1 or height < 1:
         raise argparse.ArgumentTypeError(
             f"{text.strip()!r} is not WIDTHxHEIGHT, two whole numbers of at least 1, such as 640x480"

@@ -35,7 +35,7 @@ from taichi.lang.util import to_numpy_type
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import is_starter
 from taichi_tracer.system.errors import InputError, StaleSceneError
-from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
+from taichi_tracer.system.runtime import check_not_forked, ensure
 
 
 def recent(kept: dict[Hashable, Any], most: int, key: Hashable, make: Callable[[], Any]) -> Any:
@@ -160,7 +160,8 @@ class ArrayField(Field):
 
     def _initialize_host_accessors(self) -> None:
         if not self.host_accessors:
-            self.host_accessors = [Accessor(self.numbers(), place) for place in np.ndindex(*self.own)]
+            numbers = self.numbers().reshape(*self.shape, math.prod(self.own))
+            self.host_accessors = [Accessor(numbers[..., k]) for k in range(numbers.shape[-1])]
 
     def to_numpy(self, dtype: Any = None) -> np.ndarray:
         """A copy of the numbers."""
@@ -189,24 +190,19 @@ class Accessor:
     """Reads and writes one component of each element of a field, for Python.
 
     Args:
-        array: the numbers of the field. place: the index of the component.
+        component: the numbers of this component, an array with the axes of the field.
     """
 
-    def __init__(self, array: np.ndarray, place: tuple[int, ...]) -> None:
-        self.array, self.place = array, place
-        self.axes = array.ndim - len(place)
+    def __init__(self, component: np.ndarray) -> None:
+        self.component = component
 
     def getter(self, *key: int) -> Any:
         """The number at an index, which has zeros behind the axes of the field."""
-        return self.array[self.index(key)].item()
+        return self.component[key[: self.component.ndim]].item()
 
     def setter(self, value: Any, *key: int) -> None:
         """Set the number at an index."""
-        self.array[self.index(key)] = value
-
-    def index(self, key: tuple[int, ...]) -> tuple[int, ...]:
-        """Numpy's index of the component."""
-        return (*key[: self.axes], *self.place)
+        self.component[key[: self.component.ndim]] = value
 
 
 class ScalarArray(ArrayField, ScalarField):
@@ -273,7 +269,7 @@ def free_bytes() -> int | None:
 
 def is_over(program: "weakref.ref[Any]") -> bool:
     """Whether Taichi was started again, or reset, since a program of Taichi was the one that runs."""
-    return is_forked() or program() is None or program() is not impl.get_runtime().prog
+    return runtime.is_forked or program() is None or program() is not impl.get_runtime().prog
 
 
 class Memory:
@@ -283,8 +279,7 @@ class Memory:
     exist is freed when some of it has come together, because kernels must be read again afterwards.
 
     First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
-    between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
-    it forgets them: otherwise no kernel could run any more.
+    between.
     """
 
     def __init__(self) -> None:
@@ -328,15 +323,6 @@ class Memory:
         """``field.to_numpy()`` of one of these fields."""
         self.check("field")
         return field.to_numpy()
-
-    def __enter__(self) -> Any:
-        return self.fields
-
-    def __exit__(self, error, *_more) -> None:
-        if error is None:
-            self.allocate()
-        elif not self.has_arrays:
-            impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
     def check(self, what: str) -> None:
         """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""

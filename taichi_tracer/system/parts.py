@@ -392,14 +392,13 @@ class Registry:
             if chosen not in known:
                 raise one_of(kind, chosen, self.names(kind))
             found = known[chosen]
-            replaced(found)  # what somebody wrote is looked at before a kernel is made of it
-            return found
-        if getattr(chosen, "kind", None) != kind:
+        elif getattr(chosen, "kind", None) != kind:
             raise InputError(f"{kind}: {chosen!r} is neither a name nor a part of this kind")
-        made = chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
-        check_part(made)
-        replaced(made)
-        return made
+        else:
+            found = chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
+            check_part(found)
+        replaced(found)  # what somebody wrote is looked at before a kernel is made of it
+        return found
 
     @one_at_a_time
     def _load(self, kind: str) -> None:

@@ -237,23 +237,18 @@ def check_not_forked() -> None:
     Raises:
         RuntimeError: it was, whatever is asked of Taichi there.
     """
-    if is_forked():
+    if is_forked:
         raise RuntimeError(
             "Taichi was started before this process was forked, and would hang in it: start the process by "
             'multiprocessing.get_context("spawn")'
         )
 
 
-def is_forked() -> bool:
-    """Whether this process was forked from one in which Taichi ran."""
-    return _is_forked
-
-
 def _note_fork() -> None:
-    global _is_forked
+    global is_forked
     program = impl.get_runtime().prog
     if program is not None:
-        _is_forked = True
+        is_forked = True
         # Never destroyed here: its destructor waits for the threads, too.
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(program))
 
@@ -265,12 +260,12 @@ def _finish() -> None:
     something can still refer to the program.
     """
     program = impl.get_runtime().prog
-    if program is not None and not is_forked():
+    if program is not None and not is_forked:
         program.finalize()
 
 
 atexit.register(_finish)
-_is_forked = False
+is_forked = False  # whether this process was forked from one in which Taichi ran
 if hasattr(os, "register_at_fork"):  # not on Windows, where no process is forked
     os.register_at_fork(after_in_child=_note_fork)
 

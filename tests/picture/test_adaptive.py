@@ -8,7 +8,6 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.picture import adaptive
 from taichi_tracer.picture.adaptive import (
-    BEGIN,
     POWER,
     SMALLEST,
     WHOLE,
@@ -38,7 +37,7 @@ def test_shares_follow_the_deviation_but_none_is_below_a_quarter_of_the_mean():
 
 
 def test_a_pixel_takes_its_samples_one_after_the_other_at_any_pass(scene):
-    """As ⌈pass · share / WHOLE⌉ says, beyond 2^32 / WHOLE passes, too; all take one in the first pass, ``begin``."""
+    """As ⌈pass · share / WHOLE⌉ says, beyond 2^32 / WHOLE passes, too; all take one in the first pass."""
     rng, shares = np.random.default_rng(1), Shares(4, 4)
     shares.set(rng.integers(1, WHOLE + 1, (4, 4)).astype(np.int32))
     own = shares.to_image()[::-1].T
@@ -46,9 +45,9 @@ def test_a_pixel_takes_its_samples_one_after_the_other_at_any_pass(scene):
         for index in range(first, first + 9):
             found = taken(shares, index)
             before, after = (-(-(index + k) * own.astype(np.int64) // WHOLE) for k in (0, 1))
-            np.testing.assert_array_equal(found[..., 0].astype(np.uint32), BEGIN + before)
+            np.testing.assert_array_equal(found[..., 0].astype(np.uint32), before)
             np.testing.assert_array_equal(found[..., 1], after - before)
-    assert shares.range_of(1, 2, 5, 2**31) == tuple(BEGIN - (-k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
+    assert shares.range_of(1, 2, 5, 2**31) == tuple(-(-k * int(own[1, 2]) // WHOLE) for k in (5, 2**31))
 
 
 def taken(shares, index):

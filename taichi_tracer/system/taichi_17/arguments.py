@@ -225,17 +225,11 @@ def element_of(usual: Callable, argument: Argument, indices: tuple[Any, ...]) ->
     for axis, one in enumerate(found):
         index = whole_number(one) if axis == 0 else index * argument.count(axis) + whole_number(one)
     if isinstance(index, Expr) and argument.own:
-        index = index & known_range(argument)
+        # Taichi reads the numbers of a vector or of a matrix one by one, at index · length + 0, 1, ... LLVM joins the
+        # reads, and computes one address for them, if it knows that none of these sums overflows. It does if the upper
+        # bits of the index are certainly 0.
+        index = index & (1 << 30 - math.ceil(math.log2(math.prod(argument.own)))) - 1
     return argument.at(index)
-
-
-def known_range(argument: Argument) -> int:
-    """The largest index of a vector or of a matrix, with which all of its numbers are found by one address.
-
-    Taichi reads their numbers one by one, at index · length + 0, 1, ... LLVM joins the reads, and computes one address
-    for them, if it knows that none of these sums overflows. It does if the upper bits of the index are certainly 0.
-    """
-    return (1 << 30 - math.ceil(math.log2(math.prod(argument.own)))) - 1
 
 
 def flat(usual: Callable, indices: tuple[Any, ...]) -> list[Any]:
