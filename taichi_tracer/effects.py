@@ -64,11 +64,6 @@ class Effects:
         """Whether directions that are drawn from the environment or from lamps find light that a surface reflects."""
         return self.scatters and (self.environment in ("constant", "image") or self.lamps)
 
-    @property
-    def is_dark(self) -> bool:
-        """Whether nothing emits light at all."""
-        return not self.is_lit
-
     def __repr__(self) -> str:
         names = {is_on: [name for name, on, _ in self.reasons if on == is_on] for is_on in (True, False)}
         return f"Effects({', '.join(names[True]) or 'nothing'}; not simulated: {', '.join(names[False]) or 'nothing'})"

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 def light_if_dark(scene_data: SceneData) -> None:
     """Light a scene in which nothing emits light, if nobody has said that it is dark; warn the caller of ``render``."""
-    if scene_data.effects.is_dark:
+    if not scene_data.effects.is_lit:
         advice = "give it an environment, such as 'studio', or a material with Ke > 0"
         if scene_data.is_light_open:
             scene_data.set_environment(USUAL_LIGHT)

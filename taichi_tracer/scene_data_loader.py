@@ -114,7 +114,11 @@ class EnvironmentName(str, Enum):
     GREY = "grey"
 
 
-CONSTANTS = {EnvironmentName.WHITE: 1.0, EnvironmentName.BLACK: 0.0, EnvironmentName.GREY: 0.12}
+CONSTANTS = {
+    EnvironmentName.WHITE: np.full((1, 1, 3), 1.0),
+    EnvironmentName.BLACK: np.zeros((1, 1, 3)),
+    EnvironmentName.GREY: np.full((1, 1, 3), 0.12),
+}
 # Scenes and environments of this package that stand in for files of the course that are not there.
 STAND_INS = {
     SceneName.VEACH: "veach_plates",
@@ -178,7 +182,8 @@ def load_scene_data(
         options["environment"] = environment_name
     environment = options.get("environment")
     if isinstance(environment, EnvironmentName):
-        options["environment"] = environment_of_course(environment)
+        constant = CONSTANTS.get(environment)
+        options["environment"] = find_course_file(environment, [".hdr", ".exr"]) if constant is None else constant
     if isinstance(name_or_path, SceneName):
         name_or_path = find_course_file(name_or_path, [".obj"])
     path = find_scene(name_or_path)
@@ -209,13 +214,6 @@ def orientation_and_view(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any 
         view = best_view(surface, up_axis, OF_COURSE if up_axis == "y" else ())
         view = view if isinstance(view, dict) else functools.partial(view_of_mesh, seen_from=view)
     return up_axis, own_view(path) if view is None else view
-
-
-def environment_of_course(name: EnvironmentName) -> Any:
-    """What ``SceneOptions`` takes for an environment of the course."""
-    if name in CONSTANTS:
-        return np.full((1, 1, 3), CONSTANTS[name])
-    return find_course_file(name, [".hdr", ".exr"])
 
 
 @with_options(SceneOptions, SCENE_DEFAULTS)

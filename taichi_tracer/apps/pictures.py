@@ -329,7 +329,7 @@ class Request:
             scene = load_scene_data(self.settings.scene, **options)
         else:
             scene = scene_of_document(self.document, **options)
-        if self.may_add_light and scene.effects.is_dark:
+        if self.may_add_light and not scene.effects.is_lit:
             scene.set_environment(self.load_environment())
             note(f"nothing in this scene emits light: {USUAL_LIGHT} lights it; --environment none leaves it dark")
         for text in scene.notes:
@@ -368,7 +368,7 @@ def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> Progre
     """
     request = request_of(settings)
     picture, scene = request.pictures[0], request.load(is_long=True)
-    if begins_lit and not picture.names_view and picture.shot is None and not scene.effects.is_dark:
+    if begins_lit and not picture.names_view and picture.shot is None and scene.effects.is_lit:
         picture = replace(picture, views=find_views("mis"))
     return picture.first_renderer(scene)
 

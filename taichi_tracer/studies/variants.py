@@ -383,14 +383,14 @@ class Bench:
         is_loaded = isinstance(self.scene, SceneData)
         scene = again(self.scene, **parts) if is_loaded else load_scene_data(self.scene, **parts, **self.of_scene)
         light = scene.environment if self.environment is None else self.environment
-        if light is None and scene.effects.is_dark:
+        if light is None and not scene.effects.is_lit:
             light = LIGHT
         options = self.options
         if isinstance(light, Environment):
             light, options = unpacked(light, options)
         is_none = light is None or (isinstance(light, str) and light == NO_LIGHT)
         scene.set_environment(None if is_none else load_environment(light, lookup=variant.lookup, **options))
-        if scene.effects.is_dark:
+        if not scene.effects.is_lit:
             raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
         if self.view_of is not None:
             scene.view = self.view_of(scene.view)

@@ -138,7 +138,7 @@ class RendererState:
         for kind, name in (("triangle test", settings.triangle_test), ("lamp choice", settings.lamp_choice)):
             if name is not None:
                 PARTS.find(kind, name)
-        needs = chosen.needs_light and self.scene.effects.is_dark and not self._has_chosen_light
+        needs = chosen.needs_light and not self.scene.effects.is_lit and not self._has_chosen_light
         return replace(settings, environment=USUAL_LIGHT) if needs else settings
 
     def find(self, name: str | None) -> tuple[type[ProgressiveRenderer], Integrator]:

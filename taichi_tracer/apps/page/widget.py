@@ -30,7 +30,7 @@ def show(what: SceneData | ProgressiveRenderer, width: int = SIZE, height: int =
     from taichi_tracer.apps.page.live_picture import LivePicture
 
     if isinstance(what, SceneData):
-        if what.effects.is_dark:
+        if not what.effects.is_lit:
             renderer: ProgressiveRenderer = A1Renderer(what, width, height).use("normal")
         else:
             renderer = A3Renderer(what, width, height).use("mis")
