@@ -108,7 +108,7 @@ def pack(settings: RenderSettings, paths: Iterable[str | Path], threads: int | N
             others, only those below the one that all of them share are named.
     """
     options = {name: value for name, value in settings.changed().items() if name not in STAYS}
-    running = runtime.running_settings()
+    running = runtime.ensure()
     options |= {"arch": running.arch, "precision": running.precision}
     places: dict[Path, str] = {}
     shipped = shipped_environments()

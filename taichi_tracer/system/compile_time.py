@@ -7,7 +7,6 @@ import functools
 import os
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
@@ -18,7 +17,6 @@ Function = TypeVar("Function", bound=Callable)
 LOCK = threading.RLock()
 starter = threading.main_thread().ident  # the thread that has started Taichi: Taichi's own trees of fields are its
 _user: int | None = None  # the thread that has the lock
-OWN = 11, 15  # fields of /proc/<pid>/stat after the name: user, system, and both of the children that have ended
 
 
 def one_at_a_time(function: Function) -> Function:
@@ -56,15 +54,6 @@ def is_starter() -> bool:
 def usable_processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def own_seconds(pid: int) -> float:
-    """Processor seconds of a process, and of its children that have ended; 0 if the process has ended."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return sum(int(word) for word in fields[OWN[0] : OWN[1]]) / os.sysconf("SC_CLK_TCK")
 
 
 def runs_in_kernels(function) -> bool:

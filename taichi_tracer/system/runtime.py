@@ -136,7 +136,14 @@ def init(
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
     check_not_forked()
-    _check_settings(arch, precision, threads)
+    if arch not in ARCHS:
+        raise one_of("arch", arch, ARCHS)
+    if precision not in PRECISIONS:
+        raise one_of("precision", precision, PRECISIONS)
+    if precision == "f64" and arch not in ("auto", *F64_ARCHS):
+        raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
+    if threads is not None and not (isinstance(threads, int) and threads >= 1):
+        raise InputError(f"threads must be a whole number of at least 1, or None for all, not {threads!r}")
     running = current()
     if running is not None and not force:
         chosen = running.arch if arch == "auto" else _choose(arch)[0]
@@ -156,19 +163,7 @@ def init(
     stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
     for line in filter(None, (message, note)):
         print(f"taichi_tracer: {line}", file=stream)
-    return running_settings()
-
-
-def _check_settings(arch: str, precision: str, threads: int | None) -> None:
-    """Raise the InputError for what ``init`` does not know."""
-    if arch not in ARCHS:
-        raise one_of("arch", arch, ARCHS)
-    if precision not in PRECISIONS:
-        raise one_of("precision", precision, PRECISIONS)
-    if precision == "f64" and arch not in ("auto", *F64_ARCHS):
-        raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
-    if threads is not None and not (isinstance(threads, int) and threads >= 1):
-        raise InputError(f"threads must be a whole number of at least 1, or None for all, not {threads!r}")
+    return ensure()
 
 
 def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
@@ -272,11 +267,8 @@ if hasattr(os, "register_at_fork"):  # not on Windows, where no process is forke
 
 def current() -> Settings | None:
     """The settings of the running Taichi, even if other code started it; None if it does not run."""
-    return None if impl.get_runtime().prog is None else running_settings()
-
-
-def running_settings() -> Settings:
-    """The settings of the Taichi that runs."""
+    if impl.get_runtime().prog is None:
+        return None
     arch = "cpu" if ti.cfg.arch in (ti.x64, ti.arm64) else ti.cfg.arch.name
     return Settings(arch, "f64" if ti.cfg.default_fp == ti.f64 else "f32", bool(ti.cfg.fast_math))
 

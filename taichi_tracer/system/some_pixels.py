@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import taichi as ti
 
 from taichi_tracer.system import memory
@@ -18,10 +19,8 @@ class SomePixels:
     """
 
     def __init__(self, take: Callable[..., Any]) -> None:
-        self.take, self._memory = take, memory.Memory()
-        self.ends = ti.field(ti.i32)
-        self._memory.fields.dense(ti.i, 4).place(self.ends)
-        self._memory.allocate()
+        self.take = take
+        self._memory, (self.ends,) = memory.filled(np.zeros(4, np.int32))
 
     def choose(self, columns: tuple[int, int], rows: tuple[int, int]) -> None:
         """Let the next samples be those of a range of columns and a range of rows, counted from the bottom left."""

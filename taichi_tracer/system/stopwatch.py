@@ -49,11 +49,6 @@ class Stopwatch:
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
 
-    @property
-    def total(self) -> float:
-        """Seconds from the beginning until the last change of stages."""
-        return self._since - self.started
-
 
 _running: Stopwatch | None = None
 

@@ -22,7 +22,7 @@ def words(tmp_path, assignment, **bodies):
 
 
 def test_a_part_that_ends_the_process_costs_itself_alone(tmp_path, assignment, capfd):
-    asked = words(tmp_path, assignment, add="import os; os._exit(3)", subtract="return a")
+    asked = words(tmp_path, assignment, add="return __import__('os')._exit(3)", subtract="return a")
     assert main(asked) == 1
     out = capfd.readouterr().out
     assert out.count("# Sums") <= 1
