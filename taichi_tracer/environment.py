@@ -87,6 +87,10 @@ class Environment(KnownAttributes):
         self.set_intensity(intensity)
         self.set_rotation(rotation)
 
+    def destroy(self) -> None:
+        """Free the memory now; the environment cannot be used afterwards."""
+        self._memory.free()
+
     def set_intensity(self, intensity: float) -> None:
         """Multiply all radiance by a finite number that is at least 0."""
         self._memory.check("environment")

@@ -227,6 +227,7 @@ def types_of(value: Any) -> list[str]:
 
 ONCE = ("random", "numpy.random", "time", "secrets")  # modules whose functions run once, when a kernel is compiled
 CONSTANTS = (int, float, str, bool, tuple)
+SILENT = {"print", "ti.static_print", "ti.static_assert"}  # what changes nothing
 Values = tuple[tuple[str, Any], ...]
 
 
@@ -260,7 +261,7 @@ def check_whole(what: str, function: Any, owner: type, right: Any) -> None:
     """
     if right is not None:
         check_self(what, function, right)
-    if gives_nothing(function) and not (right is None or gives_nothing(right)):
+    if gives_nothing(function) and not changes_others(function):
         raise fault(function, f"{what} has no return with a value")
     if is_of_taichi(function):
         check(function, owner)
@@ -275,6 +276,24 @@ def check_self(what: str, function: Callable, right: Callable) -> None:
     is_renamed = len(given) >= len(known) and given[:1] != known[1:2]
     if is_method and known[:1] == ["self"] and "self" not in given and not is_renamed:
         raise fault(function, f"{what} has no self: write def {own.__name__}({', '.join(['self', *given])})")
+
+
+def changes_others(function: Any) -> bool:
+    """Whether a function writes into ``self`` or into an argument, or calls something for its effect."""
+    tree = tree_of(unwrap(function))
+    nodes = [node for statement in tree.body for node in ast.walk(statement)] if tree is not None else []
+    stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
+    own = {node.id for node in stored if isinstance(node, ast.Name)} | {""}
+    own -= {ast.unparse(n.targets[0]) for n in nodes if isinstance(n, ast.Assign) and root_of(n.value) == "self"}
+    calls = {ast.unparse(n.value.func) for n in nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Call)}
+    return not {root_of(node) for node in stored if not isinstance(node, ast.Name)} <= own or not calls <= SILENT
+
+
+def root_of(node: ast.AST) -> str:
+    """The name at the beginning of ``name.member[index]``; "" where there is none."""
+    while isinstance(node, (ast.Attribute, ast.Subscript)):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def is_of_taichi(function: Any) -> bool:
