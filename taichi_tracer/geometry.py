@@ -285,7 +285,7 @@ class Geometry:
         self.n_vertex_normals = len(mesh.normals)
         self.has_normals = effects.interpolated_normals or completes_normals
         self.textures: Any = None  # those of the scene, which has made them of the same mesh
-        self.places: Any = None  # the same, see ``intersectors.places``; only if objects stand in several places
+        self.places: Any = None  # the same, see ``intersectors.instances``; only if objects stand in several places
 
         # The normal and the thinness are kept per triangle, because every point that is shaded needs them.
         corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]

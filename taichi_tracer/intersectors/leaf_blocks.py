@@ -1,7 +1,7 @@
 """The triangles of the leaves, in blocks of four: a ray asks one instruction which of the four it may hit.
 
 In a block, the first components of four vertices are neighbours in memory, then the second ones, and so on. Therefore
-a CPU computes at once on which sides of their edges a ray passes four triangles, and their distances (``leaf_search``).
+a CPU computes at once on which sides of their edges a ray passes four triangles, and their distances.
 Where it computes only the first, this finds candidates for the plain test: no triangle that this accepts is left out.
 Thus t, u and v have the same bits as without blocks.
 
