@@ -9,9 +9,8 @@ A camera also has a size, and a view that Python sets and that kernels read.
 
 import reprlib
 from abc import abstractmethod
-from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -33,7 +32,7 @@ from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import compile_time, element, inside_kernel, runs_in_kernels, variable
 from taichi_tracer.system.course_fields import held
-from taichi_tracer.system.errors import InputError, no_argument, one_of
+from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.checks import fault
 from taichi_tracer.system.parts import (
     PARTS,
@@ -48,18 +47,7 @@ from taichi_tracer.system.parts import (
 )
 from taichi_tracer.system.types import Numbers
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
 # ── what a camera is besides its rays ──
-
-
-class WindowOptions(TypedDict, total=False):
-    """What a camera takes by name; ``CameraSettings`` says what it is."""
-
-    screen_window: Numbers | str | None
-    frame_aspect: float | None
-    focal_distance: float
 
 
 class Setting(property):
@@ -102,11 +90,10 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         eye, at, up: 3 numbers each, in world space.
         fov: vertical field of view in degrees, between 0 and 180; only a perspective camera has one.
         handedness: "left" as in the courses, or "right" (C-5).
-        window: by name
-            screen_window: (l, r, b, t) of the image plane at the focal distance. If it is given, ``fov`` is ignored
-            (C-9). "default" is [−1, 1] along the shorter axis of the image (RT-3).
-            frame_aspect: width / height of the window, if it differs from that of the image (RT-4).
-            focal_distance: the distance from the eye to the window, along the gaze (RT-5); 1 if it is not given.
+        screen_window: (l, r, b, t) of the image plane at the focal distance. If it is given, ``fov`` is ignored (C-9).
+            "default" is [−1, 1] along the shorter axis of the image (RT-3).
+        frame_aspect: width / height of the window, if it differs from that of the image (RT-4).
+        focal_distance: the distance from the eye to the window, along the gaze (RT-5).
 
     Attributes:
         view: the checked ``CameraView``.
@@ -132,10 +119,13 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         up: Numbers = (0.0, 1.0, 0.0),
         fov: float | None = None,
         handedness: str = DEFAULTS["handedness"],
-        **window: "Unpack[WindowOptions]",
+        screen_window: Numbers | str | None = None,
+        frame_aspect: float | None = None,
+        focal_distance: float = 1.0,
     ) -> None:
         self.width, self.height = width, height
-        self.view = self.view_of({"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **window})
+        given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, "screen_window": screen_window}
+        self.view = self.view_of({**given, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
         self.version = 0
         self._memory = memory.Memory()
         self.camera_to_world = ti.Matrix.field(4, 4, float)
@@ -154,13 +144,16 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         up: Numbers | None = None,
         fov: float | None = None,
         handedness: str | None = None,
-        **window: "Unpack[WindowOptions]",
+        screen_window: Numbers | str | None = None,
+        frame_aspect: float | None = None,
+        focal_distance: float | None = None,
     ) -> None:
         """Move the camera. Parameters that are not given stay as they are. After an InputError, nothing has changed.
 
         The parameters are those of the constructor. A new ``fov`` replaces a window, and a new window the ``fov``.
         """
-        given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **only_known(window)}
+        given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, "screen_window": screen_window}
+        given |= {"frame_aspect": frame_aspect, "focal_distance": focal_distance}
         self._change({name: value for name, value in given.items() if value is not None})
 
     def _change(self, given: dict[str, Any]) -> None:
@@ -175,7 +168,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
     @classmethod
     def view_of(cls, values: dict[str, Any]) -> CameraView:
         """The view of the constructor's arguments, with the default of the angle and of the window."""
-        values = {**DEFAULTS, **only_known(values)}
+        values = {**DEFAULTS, **values}
         fov, window = values.get("fov"), values.get("screen_window")
         if isinstance(window, str) and window != DEFAULT_WINDOW:
             raise one_of("screen_window", window, [DEFAULT_WINDOW, "or four numbers"])
@@ -309,14 +302,6 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
     @ti.kernel
     def _load_own_matrix(self):
         self.camera_to_world[None] = self.compute_matrix()
-
-
-def only_known(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The same values of a view; a TypeError if one of them has an unknown name."""
-    for name in values:
-        if name not in CameraView.__dataclass_fields__:
-            raise no_argument("a camera", name, list(CameraView.__dataclass_fields__))
-    return dict(values)
 
 
 # ── from a pixel to a ray ──

@@ -22,12 +22,11 @@ POLE_ANGLE = math.radians(1.0)  # an orbit stops this close to ``up``, where no 
 LARGEST_EXPONENT = 88.0  # e to the power of more is beyond f32
 
 # key → (the axis of the screen, or of the scene as in ``world_axes``, and the sign)
-WORLD_KEYS = {"w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
-SIDE_KEYS = {"d": 1, "a": -1}
+WORLD_KEYS = {"d": (0, 1), "a": (0, -1), "w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
 ARROWS = {"Right": (0, 1), "Left": (0, -1), "Up": (1, 1), "Down": (1, -1)}
 ZOOM_KEYS = {"i": -1, "o": 1}
 WINDOW_KEYS = {"e": -1, "q": 1}  # of an orthographic camera, whose picture no step along its gaze would change
-KEYS = (*WORLD_KEYS, *SIDE_KEYS, *ARROWS, *ZOOM_KEYS)
+KEYS = (*WORLD_KEYS, *ARROWS, *ZOOM_KEYS)
 
 
 class CameraController:
@@ -141,13 +140,9 @@ def pan(pose: Pose, keys: set[str], distance: float, up_axis: str = "y") -> Pose
     picture. If z is up in the scene, w/s move it along +z/−z, and e/q along −y/+y. Arrows move ``at`` along the
     picture's own axes. With an orthographic camera, e/q zoom instead.
     """
-    world = world_axes(up_axis)
     right, top = pose.frame()[:3, 0], pose.frame()[:3, 1]
+    world = world_axes(up_axis) * (1.0 if right[0] >= 0 else -1.0, 1.0, 1.0)
     eye, at = pose.eye.copy(), pose.at.copy()
-    x_sign = 1.0 if right[0] >= 0 else -1.0
-    for key, sign in SIDE_KEYS.items():
-        if key in keys:
-            eye += sign * x_sign * distance * world[:, 0]
     for key, (axis, sign) in WORLD_KEYS.items():
         if key in keys and not (pose.window is not None and key in WINDOW_KEYS):
             eye += sign * distance * world[:, axis]
