@@ -85,7 +85,7 @@ class Weight(Value):
             raise InputError(f"{self.name}[None] must be a number from 0 to 1, not {value!r}")
         light = value if self.name == "mis_plight" else 1 - value
         if abs(renderer.mis_plight - light) > SAME_WEIGHT:
-            renderer.set_weights(light, 1 - light)
+            renderer._one_sample.set(mis_plight=light, mis_pbrdf=1 - light)
             if renderer.active.name == "mis":
                 renderer.use("mis_one_sample")
 
@@ -274,11 +274,6 @@ class A3Renderer(A2Renderer):
         """,
     )
     mis_pbrdf = Weight("mis_pbrdf", "The weight with which ``mis_one_sample`` samples the BRDF, as ``mis_plight``.")
-
-    def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> "Self":
-        """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
-        self._one_sample.set(mis_plight, mis_pbrdf)
-        return self
 
     @property
     def _one_sample(self) -> Any:

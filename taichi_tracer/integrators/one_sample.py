@@ -16,8 +16,6 @@ from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import register
 
-NAMES = tuple(usual_values(WEIGHTS))  # mis_plight, mis_pbrdf
-
 
 @register
 @ti.data_oriented
@@ -25,14 +23,13 @@ class OneSampleMis(DirectLight):
     """With the probability ``mis_plight`` a direction to a light, otherwise one from the BRDF.
 
     Attributes:
-        weights: (mis_plight, mis_pbrdf), which are ≥ 0 and not both 0; their sum is scaled to 1.
+        weights: of mis_plight and mis_pbrdf; they are ≥ 0 and not both 0, and their sum is scaled to 1.
     """
 
     name, label, aliases = "mis_one_sample", "MIS, one sample", ()
-    weights = tuple(usual_values(WEIGHTS).values())
 
     def __init__(self) -> None:
-        self.numbers = LiveNumbers()
+        self.weights, self.numbers = usual_values(WEIGHTS), LiveNumbers()
 
     def prepare(self, scene, camera) -> None:
         """Give kernels the weights."""
@@ -41,35 +38,34 @@ class OneSampleMis(DirectLight):
     @property
     def p_light(self) -> float:
         """The probability of a sample of the lights."""
-        return self.weights[0] / (self.weights[0] + self.weights[1])
+        return self.weights["mis_plight"] / sum(self.weights.values())
 
     def __getitem__(self, name: str) -> Any:
         if not inside_kernel():
-            return float(self.weights[NAMES.index(name)])
+            return float(self.weights[name])
         p_light = self.numbers.get(0)  # the weights in kernels are scaled
         return p_light if name == "mis_plight" else 1 - p_light
 
-    def set(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> None:
-        """Change one of the ``weights``, or both; None leaves a weight as it is.
+    def set(self, **weights: float) -> None:
+        """Change one of the ``weights``, or both.
 
         Raises:
-            InputError: one of them is negative or not finite, or both are 0.
+            InputError: one of them is negative or not finite, or both are 0; then nothing has changed.
         """
-        light = self.weights[0] if mis_plight is None else mis_plight
-        brdf = self.weights[1] if mis_pbrdf is None else mis_pbrdf
-        check(mis_plight=light, mis_pbrdf=brdf)
-        if (light, brdf) != self.weights:
-            self.weights = light, brdf
+        changed = self.weights | weights
+        check(**changed)
+        if changed != self.weights:
+            self.weights = changed
             self.version += 1
             self.numbers.set(self.p_light)
 
     def controls(self) -> tuple[Control, ...]:
         """Both weights."""
-        return tuple(Control(name, weight, 0.0, 1.0) for name, weight in zip(NAMES, self.weights, strict=True))
+        return tuple(Control(name, weight, 0.0, 1.0) for name, weight in self.weights.items())
 
     def change(self, name: str, value: Any) -> None:
         """Change ``mis_plight`` or ``mis_pbrdf``; see ``set``."""
-        if name not in NAMES:
+        if name not in self.weights:
             super().change(name, value)
         self.set(**{name: value})
 

@@ -46,9 +46,9 @@ class PathSettings:
         of = self._values
         first, last = of["bounces"] or (0, None)
         last = MOST_BOUNCES if last is None else last
-        q, is_by_throughput = of["rr_termination_probability"], float(of["roulette"] == "throughput")
         most = min(of["max_bounces"], last)  # a path need not go on after the last bounce that counts
-        self._numbers.set(most, of["rr_start_bounce"], q, is_by_throughput, first, last)
+        q = of["rr_termination_probability"]
+        self._numbers.set(most, of["rr_start_bounce"], q, of["roulette"] == "throughput", first, last)
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
@@ -154,9 +154,10 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
             raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")
         for bounce in range(first, (max_bounces if last is None else last) + 1):
             if bounce in owners:
-                both = f"{owners[bounce]} and {name}"
-                light = in_words((bounce, bounce))
-                raise InputError(f"bounces {both} both count the light after {light}: name each number once")
+                raise InputError(
+                    f"bounces {owners[bounce]} and {name} both count the light after {in_words((bounce, bounce))}: "
+                    "name each number once"
+                )
             owners[bounce] = name
 
 

@@ -25,7 +25,7 @@ from taichi_tracer.system.parts import overridable, register
 
 @ti.data_oriented
 class Paths(Integrator):
-    """The loop. A subclass says how lights are found, by its attributes and by ``share_of_hit``.
+    """The loop. A subclass says by its attributes how lights are found.
 
     Attributes:
         samples_lights: whether every surface takes a sample of the lights.
@@ -118,13 +118,23 @@ class Paths(Integrator):
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
-        """The share with which a light counts that a ray hits.
+        """The share with which a light counts that a ray hits: what samples of the lights leave to it.
+
+        It is 1 for the ray of a mirror, which no sample of the lights can find, and where there are no such samples.
+        Otherwise it is the heuristic of the density of the BRDF against the density of the lights; without a heuristic,
+        samples of the lights find everything, and it is 0.
 
         Args:
             ray: it starts at a surface with the normal n. hit: what it hits.
             pdf: the density of the BRDF for its direction. is_delta: whether a mirror sent it.
         """
-        return 1.0
+        share = 1.0
+        if ti.static(self.samples_lights and scene.samples_lights):
+            if not is_delta:
+                share = 0.0
+                if ti.static(self.exponent > 0):
+                    share = self.heuristic(pdf, scene.lights.pdf(ray.origin, n, ray.direction, hit))
+        return share
 
 
 @register
@@ -142,11 +152,6 @@ class Explicit(Paths):
 
     name, label, samples_brdf = "explicit", "Paths, explicit", False
 
-    @ti.func
-    def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
-        """1 for the ray of a mirror, which no sample of the lights can find; otherwise 0."""
-        return ti.select(is_delta, 1.0, 0.0)
-
 
 @register
 @ti.data_oriented
@@ -155,13 +160,3 @@ class WeightedPaths(Paths):
     """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
 
     name, label, aliases, exponent = "path", "Paths, MIS", ("path_mis",), 2
-
-    @ti.func
-    def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
-        """The heuristic of the density of the BRDF against the density of the lights; 1 for the ray of a mirror."""
-        share = 1.0
-        if ti.static(scene.samples_lights):
-            if not is_delta:
-                pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
-                share = self.heuristic(pdf, pdf_lights)
-        return share

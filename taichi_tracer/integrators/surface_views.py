@@ -101,12 +101,10 @@ class Distance(View):
 
     @max_distance.setter
     def max_distance(self, distance: float | None) -> None:
-        if distance is not None:
-            if not 0 < float(distance) < math.inf:
-                raise InputError(f"distance: max_distance must be a finite number above 0, not {distance!r}")
-            distance = float(distance)
+        if distance is not None and not 0 < float(distance) < math.inf:
+            raise InputError(f"distance: max_distance must be a finite number above 0, not {distance!r}")
         if distance != self._chosen:
-            self._chosen = distance
+            self._chosen = None if distance is None else float(distance)
             self.version += 1
 
     def fit(self, scene_data, camera) -> None:

@@ -58,7 +58,7 @@ def pictures(folder: Path) -> float:
     paths = tt.A4Renderer(scene, 64, 64, seed=1).set_shading_explicit()
     paths.bounces = (1, None)
     terms = paths.pictures_by_bounce(4, bounces=[0, (1, 3), (4, None)])
-    print(terms[0].mean(), tt.A3Renderer(scene).set_weights(mis_plight=0.75).mis_pbrdf)
+    print(terms[0].mean(), tt.A3Renderer(scene).mis_pbrdf)
     error = lit.error()
     print(error.low, error.high, *lit.receipt(), read.mean(), lit.non_finite)
     return float(error)
