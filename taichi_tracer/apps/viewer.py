@@ -170,9 +170,9 @@ class Viewer:
             width = self.pixels.shape[0]
             dx, dy = (self.cursor[0] - last[0]) * width / (width - PANEL), self.cursor[1] - last[1]
             if ti.ui.LMB in pressed:
-                self.session.on_drag(dx, dy)
+                self.session.on_move(orbit_x=dx, orbit_y=dy)
             elif ti.ui.RMB in pressed:
-                self.session.on_zoom(dy)
+                self.session.on_move(nearer=dy)
 
     # ── the panel ──
 
@@ -212,7 +212,7 @@ class Viewer:
     def draw_control(self, panel, control: dict[str, Any]) -> None:
         """A setting or a value of the integrator: a slider or a button. See ``RendererState.controls``."""
         name, value, label = control["name"], control["value"], control["label"]
-        if control["kind"] == "names":
+        if "names" in control:
             if panel.button(f"{label.capitalize()}: {Path(value).name}"):
                 names = control["names"]
                 self.set(name, names[(names.index(value) + 1) % len(names)])

@@ -28,6 +28,7 @@ def until(condition, what):
         time.sleep(0.2)
 
 
+BORDER = "document.querySelector('.tt-border').value"
 BOX = "(() => {{ const b = document.querySelector('{}').getBoundingClientRect();"
 BOX += " return [b.left, b.top, b.right, b.bottom]; }})()"
 
@@ -97,10 +98,10 @@ def test_a_page_is_opened_turned_changed_and_closed(tmp_path):
             numbers = "document.querySelector('.tt-numbers').textContent"
             page.until(f"/samples · RMSE .* ± .* typical pixel/.test({numbers})", "no error")
             page.click("Compare two")
-            page.until("!document.querySelector('.tt-divider').hidden", "no border is shown")
-            border = page.box(".tt-divider")
-            page.drag(((border[0] + border[2]) / 2, top + 50), (left + 100, top + 50))
-            assert page.box(".tt-divider")[0] < border[0] - 50
+            page.until("!document.querySelector('.tt-border').hidden", "no border is shown")
+            left, top, right, bottom = page.box("canvas")
+            page.drag(((left + right) / 2, top + 50), (left + 100, top + 50))
+            assert shown.evaluate(f"{BORDER} * ({right} - {left}) / 100") == pytest.approx(100, abs=3)
             page.click("One picture")
             page.click("Explain a pixel")
             page.drag((left + 200, top + 200), (left + 200, top + 200))

@@ -15,10 +15,10 @@ def mail():
 
 def test_ten_thousand_events_are_no_queue(mail):
     for k in range(10_000):
-        mail.post({"type": "drag", "dx": 1e-5 * k, "dy": 0})
+        mail.post({"type": "explain", "column": k, "row": 0, "sample": 0})
     events = mail.take_post()
     assert len(events) == MOST_EVENTS
-    assert events[-1] == ("drag", {"dx": 1e-5 * 9999, "dy": 0.0})  # the oldest ones are dropped
+    assert events[-1] == ("explain", {"column": 9999, "row": 0, "sample": 0})  # the oldest ones are dropped
     assert mail.take_post() == []
 
 

@@ -44,12 +44,17 @@ def lamps():
     return RendererState(renderer_of(material=tt.Material(Ke=(1, 1, 1))))
 
 
+def offered(state):
+    """The controls by their names."""
+    return {one["name"]: one for one in state.controls()}
+
+
 def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_of_paths(lamps):
-    assert lamps.names_of("lamp_choice") == []  # a view shows no light
+    assert "lamp_choice" not in offered(lamps)  # a view shows no light
     lamps.change("view", "implicit")
-    assert lamps.names_of("lamp_choice") == []  # no sample of the lights is taken
+    assert "lamp_choice" not in offered(lamps)  # no sample of the lights is taken
     lamps.change("view", "explicit")
-    assert lamps.names_of("lamp_choice") == tt.system.parts.PARTS.names("lamp choice")
+    assert offered(lamps)["lamp_choice"]["names"] == tt.system.parts.PARTS.names("lamp choice")
     first, before = lamps.renderer, lamps.settings
     lamps.change("max_bounces", 7)
     lamps.change("lamp_choice", "area")
@@ -67,8 +72,8 @@ def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_o
 
 def test_a_control_says_what_it_takes_and_a_wrong_value_changes_nothing(lamps):
     lamps.change("view", "path")
-    found = {one["name"]: one for one in lamps.controls()}
-    assert found["max_bounces"]["kind"] == "slider"
+    found = offered(lamps)
+    assert (found["max_bounces"]["low"], found["max_bounces"]["step"]) == (0, 1)
     assert found["environment"]["names"][-1] == "none"
     assert "how many surfaces" in found["max_bounces"]["help"]
     before = lamps.settings

@@ -28,7 +28,7 @@ class Watched:
 
     def wait_for_frame(self, since, patience):
         self.came.wait(patience if since >= 3 else 0)
-        return Frame(3, "png", b"picture", {"a": 1}, {"b": 2}) if since < 3 else None
+        return Frame(3, "png", b"picture", {"a": 1}) if since < 3 else None
 
     errors_as_message = contextlib.nullcontext
 
@@ -94,21 +94,21 @@ def test_the_page_and_its_files_need_nothing_from_elsewhere(server):
 def test_frames_are_sent_and_events_are_taken(server):
     with opened(server) as page:
         state, data = received(page)
-        assert state == {"a": 1, "b": 2, "id": 3, "kind": "png", "lost": ""}
+        assert state == {"a": 1, "id": 3, "kind": "png", "lost": ""}
         assert data == b"picture"
         page.send(json.dumps({"type": "ack", "id": 3}))
-        page.send(json.dumps({"type": "drag", "dx": 0.1, "dy": 0}))
+        page.send(json.dumps({"type": "point", "column": 1, "row": 0}))
         page.send(json.dumps({"type": "save", "kind": "png"}))
         assert received(page) == ({"file": "picture.png"}, b"file")
-    assert ("drag", {"dx": 0.1, "dy": 0.0}) in server.session.events
+    assert ("point", {"column": 1, "row": 0}) in server.session.events
 
 
 @pytest.mark.parametrize(
     "message",
     [
         *("no json", "[" * 20_000, "[]", '{"type": "fov", "value": 1e999}', '{"type": "save", "kind": "/etc/passwd"}'),
-        '{"type": "drag", "dx": 1%s, "dy": 0}' % ("0" * 400),
-        '{"type": "zoom", "by": 1%s}' % ("0" * 5000),
+        '{"type": "compare", "side": 1%s}' % ("0" * 400),
+        '{"type": "point", "column": 1%s}' % ("0" * 5000),
     ],
 )
 def test_what_is_wrong_is_answered_with_one_line_and_the_page_goes_on(server, message):

@@ -60,9 +60,18 @@ def session(shared):
     return shared
 
 
+def moved(**motion):
+    """An event that moves the camera."""
+    return {"type": "move", **dict.fromkeys(("orbit_x", "orbit_y", "pan_x", "pan_y", "nearer"), 0.0), **motion}
+
+
+def compared(mode):
+    """An event that shows two pictures, or one."""
+    return {"type": "compare", "mode": mode, "side": 1, "equal": "samples"}
+
+
 def watch(session):
     """Watch, and take the next frame."""
-    session.watch()
     session.ask()
 
 
@@ -91,8 +100,8 @@ def test_the_picture_at_rest_is_lossless(session):
     frame = settle(session)
     assert frame.kind == "png"
     assert np.array_equal(pixels(frame), to_bytes(session.renderer.image(), session.renderer.srgb))
-    state = frame.state | frame.details
-    assert (state["view"], state["width"], state["height"]) == ("normal", *SIZE)
+    state = frame.state
+    assert (state["sides"][0]["view"], state["width"], state["height"]) == ("normal", *SIZE)
     names = [name for offered in state["offered"] for name, _ in offered["names"]]
     assert {"hit", "normal", "mis", "path"} <= set(names)
 
@@ -100,7 +109,7 @@ def test_the_picture_at_rest_is_lossless(session):
 def test_dragging_orbits_and_sends_jpeg(session):
     settle(session)
     before = session.renderer.camera.eye
-    session.post({"type": "drag", "dx": 0.1, "dy": 0.05})
+    session.post(moved(orbit_x=0.1, orbit_y=0.05))
     watch(session)
     session.step(0.0)
     frame = session.newest(0)
@@ -110,8 +119,8 @@ def test_dragging_orbits_and_sends_jpeg(session):
     assert np.linalg.norm(after - session.renderer.camera.at) == pytest.approx(
         np.linalg.norm(before - session.renderer.camera.at), rel=1e-6
     )
-    session.post({"type": "zoom", "by": 0.2})
-    session.post({"type": "pan", "dx": 0.1, "dy": 0.0})
+    session.post(moved(nearer=0.2))
+    session.post(moved(pan_x=0.1))
     session.step(0.0)
     assert not np.allclose(session.renderer.camera.at, session.first_camera["at"])
     session.post({"type": "reset"})
@@ -189,7 +198,7 @@ def test_what_compiles_has_the_processors_for_itself(session):
 
 
 def test_two_pictures_get_the_same_number_of_samples(session):
-    for event in ({"type": "set", "name": "view", "value": "nodes"}, {"type": "split", "mode": "sides"}):
+    for event in ({"type": "set", "name": "view", "value": "nodes"}, compared("sides")):
         session.post(event)
         settle(session)
         chosen(session)
@@ -198,21 +207,21 @@ def test_two_pictures_get_the_same_number_of_samples(session):
         session.step(0.0)
     left, right = (one.renderer.samples for one in session.sides)
     assert abs(left - right) <= 1 < left
-    session.post({"type": "split", "mode": "off"})
+    session.post(compared("off"))
     session.step(0.0)
     assert len(session.sides) == 1
 
 
 def test_two_views_beside_each_other_follow_the_camera(session):
     settle(session)
-    session.post({"type": "split", "mode": "sides"})
+    session.post(compared("sides"))
     session.step(0.0)
     chosen(session)
-    session.post({"type": "drag", "dx": 0.1, "dy": 0.0})
+    session.post(moved(orbit_x=0.1))
     assert pixels(settle(session)).shape == (SIZE[1], 2 * SIZE[0], 3)
-    session.post({"type": "split", "mode": "difference"})
+    session.post(compared("difference"))
     assert not pixels(settle(session)).any()
-    session.post({"type": "split", "mode": "off"})
+    session.post(compared("off"))
     session.step(0.0)
 
 
@@ -226,18 +235,16 @@ def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     assert frame.number > before.number
     assert frame.news_after(before)[1] == b""
     assert frame.news_after(NO_FRAME)[1] == frame.data == before.data
-    session.post({"type": "leave"})
-    assert settle(session).state["pointed"] is None
-    session.post({"type": "drag", "dx": 0.1, "dy": 0.0})
-    moved = settle(session)
-    assert moved.news_after(frame)[1] == moved.data != b""
+    session.post(moved(orbit_x=0.1))
+    after = settle(session)
+    assert after.news_after(frame)[1] == after.data != b""
 
 
 def test_nothing_is_rendered_while_nobody_watches(session):
     number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)
-    session._last_wait = -1e9
     session.ask()
+    session._last_wait = -1e9
     for _ in range(5):
         session.step(0.01)
     assert session.newest(0).number == number

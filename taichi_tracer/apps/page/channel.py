@@ -29,29 +29,24 @@ from taichi_tracer.tones.display import Display
 MOST_TEXT = 200  # characters of a name
 FAR = -10.0, 10.0  # pictures: farther than any pointer goes between two events
 PIXEL = 0, 1 << 16
+OFF, SIDES, DIFFERENCE = "off", "sides", "difference"  # ways to show one picture, or two
 
 # Type of an event → its members, each with its rule, see ``fits``.
 EVENTS: dict[str, dict[str, Any]] = {
     "key": {"key": KEYS, "down": bool},
-    "drag": {"dx": FAR, "dy": FAR},
-    "zoom": {"by": FAR},
-    "pan": {"dx": FAR, "dy": FAR},
+    "move": dict.fromkeys(("orbit_x", "orbit_y", "pan_x", "pan_y", "nearer"), FAR),
     "blur": {},
     "set": {"name": str, "value": object},
     "expose": {},
     "reset": {},
     "explain": {"column": PIXEL, "row": PIXEL, "sample": (0, 1 << 30)},
     "same": {},
-    "camera": {},
     "close": {},
     "cancel": {},
     "point": {"column": PIXEL, "row": PIXEL},
-    "leave": {},
     "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
     "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
-    "split": {"mode": ("off", "sides", "difference")},
-    "equal": {"by": ("samples", "seconds")},
-    "side": {"number": (0, 1)},
+    "compare": {"mode": (OFF, SIDES, DIFFERENCE), "side": (0, 1), "equal": ("samples", "seconds")},
     "save": {"kind": ("png", "exr")},
     "ack": {"id": (0, 1 << 53)},
 }
@@ -103,24 +98,22 @@ class Frame:
 
     Attributes:
         number: counts the frames. kind: "jpeg" or "png". data: the file.
-        state: what changes with every picture. details: what else the page shows. The details and the file of the next
-            frame are the same objects until they change.
+        state: what the page shows beside the picture. The file of the next frame is the same object until it changes.
     """
 
     number: int
     kind: str
     data: bytes
     state: dict[str, Any]
-    details: dict[str, Any]
 
     def news_after(self, former: "Frame") -> tuple[dict[str, Any], bytes]:
-        """The state, details and file for a page that has a former frame: details and file only if they are new."""
-        details = {} if former.details is self.details else self.details
+        """What is new of the state and the file, for a page that has a former frame."""
+        new = {k: value for k, value in self.state.items() if k not in former.state or former.state[k] != value}
         data = b"" if former.data is self.data else self.data
-        return {**self.state, **details, "id": self.number, "kind": self.kind, "lost": ""}, data
+        return {**new, "id": self.number, "kind": self.kind, "lost": ""}, data
 
 
-NO_FRAME = Frame(0, "", b"", {}, {})  # before the first one
+NO_FRAME = Frame(0, "", b"", {})  # before the first one
 
 
 def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
@@ -216,7 +209,6 @@ class Channel:
 
     def wait_for_frame(self, since: int, patience: float) -> Frame | None:
         """The newest frame if it is newer than ``since``; None if none comes in time."""
-        self.watch()
         self.ask()
         with self._lock:
             return self._lock.wait_for(lambda: self.newest(since), patience)
@@ -225,13 +217,10 @@ class Channel:
         """The newest frame if it is newer than ``since``."""
         return self._frame if self._frame.number > since else None
 
-    def watch(self) -> None:
-        """Note that somebody watches."""
-        self._last_wait = self.now()
-
     def ask(self) -> None:
         """Note that somebody takes the next frame at once."""
         with self._lock:
+            self._last_wait = self.now()
             self.is_asked = True
             self._lock.notify_all()
 
@@ -258,12 +247,15 @@ class Channel:
 class Watcher:
     """A page that watches.
 
+    Args:
+        channel: the session; see ``Session.file``, too. send: sends a state and the bytes of a picture or a file.
+
     Attributes:
         last: the frame that was sent last. shown: the number of the last one that the page shows.
     """
 
-    def __init__(self, channel: Channel) -> None:
-        self.channel = channel
+    def __init__(self, channel: Any, send: Callable[[dict[str, Any], bytes], None]) -> None:
+        self.channel, self.send = channel, send
         self.last = NO_FRAME
         self.shown = 0
 
@@ -271,6 +263,12 @@ class Watcher:
     def is_ready(self) -> bool:
         """Whether the page can take another frame."""
         return self.last.number - self.shown < IN_FLIGHT
+
+    def show(self, frame: Frame) -> None:
+        """Send what is new of a frame."""
+        state, data = frame.news_after(self.last)
+        self.last = frame  # before the page can say that it shows it
+        self.send(state, data)
 
     def post(self, event: Any) -> None:
         """Give an event to the session, or note which frame the page shows: 0 is a page that has opened again.
@@ -283,5 +281,8 @@ class Watcher:
             self.shown = max(self.shown, min(members["id"], self.last.number))
             if members["id"] == 0:
                 self.last = NO_FRAME
-        elif kind != "save":  # this is for the host of the page
+        elif kind == "save":
+            name = members["kind"]
+            self.channel.later(lambda: self.send({"file": f"picture.{name}"}, self.channel.file(name)))
+        else:
             self.channel.post(event)

@@ -20,8 +20,7 @@ let socket = null, emit = null; // emit takes a message of the server to the pag
 const model = {
   on(name, listener) { if (name === "msg:custom") emit = listener; },
   send(event) {
-    if (socket?.readyState !== WebSocket.OPEN || (document.hidden && event.type === "ack")) return; // nobody sees the frame
-    socket.send(JSON.stringify(event));
+    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(event));
   },
 };
 

@@ -29,7 +29,7 @@ class LivePicture(anywidget.AnyWidget):
     def __init__(self, renderer: ProgressiveRenderer, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__()
         self.session = Session(renderer)
-        self._watcher = Watcher(self.session)
+        self._watcher = Watcher(self.session, lambda state, data: self.send(state, [data]))
         self._awake = asyncio.Event()
         self.on_msg(self._take)
         self._task = loop.create_task(self._run())
@@ -42,9 +42,6 @@ class LivePicture(anywidget.AnyWidget):
     def _take(self, _widget: Any, content: Any, _buffers: Any) -> None:
         with self.session.errors_as_message():
             self._watcher.post(content)
-            if content["type"] == "save":
-                self.send({"file": f"picture.{content['kind']}"}, [self.session.file(content["kind"])])
-        self.session.watch()
         self._awake.set()
 
     async def _run(self) -> None:
@@ -57,9 +54,7 @@ class LivePicture(anywidget.AnyWidget):
             worked = self.session.step(0.0)
             frame = self.session.newest(self._watcher.last.number)
             if frame is not None and self._watcher.is_ready:
-                content, data = frame.news_after(self._watcher.last)
-                self.send(content, [data])
-                self._watcher.last = frame
+                self._watcher.show(frame)
             if worked:
                 await asyncio.sleep(0)
                 continue

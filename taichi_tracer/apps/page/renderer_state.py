@@ -7,6 +7,7 @@ pictures of one camera can be compared: side by side, or as their difference.
 
 import copy
 from argparse import ArgumentTypeError
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -175,20 +176,11 @@ class RendererState:
 
     def beside(self) -> "RendererState":
         """Another state for the same camera, which begins as this one, with a scene and so with light of its own."""
-        return RendererState(self._same(again(self.scene)), self.base)
-
-    def _same(self, scene: SceneData, camera: Any = None) -> ProgressiveRenderer:
-        """Another renderer that shows the same, of a scene and a camera."""
-        former = self.renderer
-        renderer = made_like(former, type(former), scene, camera)
-        copy_values(former, renderer)
-        return renderer.use(copy.copy(former.active)).set_display(former.display.exposure, former.display.tone)
+        return RendererState(copy_of(self.renderer, again(self.scene)), self.base)
 
     def resized(self, width: int, height: int) -> "RendererState":
         """The same picture with another number of pixels."""
-        camera = self.renderer.camera
-        view = {name: value for name, value in vars(camera.view).items() if value is not None}
-        found = RendererState(self._same(self.scene, type(camera)(width, height, **view)), self.base)
+        found = RendererState(copy_of(self.renderer, self.scene, width, height), self.base)
         found.environments, found._environments = self.environments, self._environments
         found._light_options, found._has_chosen_light = self._light_options, self._has_chosen_light
         return found
@@ -200,28 +192,19 @@ class RendererState:
 
     # ── what can be changed ──
 
-    def names_of(self, name: str) -> list[str]:
-        """The names that a setting may have here; none if it makes no difference to what is shown."""
-        if name == "environment":
-            return self.environments
-        if name == "tone":
-            return PARTS.names("tone curve") if self.renderer.srgb else []
-        if name == "triangle_test":
-            known = PARTS.names("triangle test")
-            return known if self.scene.ray_intersector.triangle_test in known else []
-        known = PARTS.names("lamp choice")
-        matters = self.scene.lamps.count > 1 and self.renderer.needs_light and self.renderer.active.samples_lights
-        return known if matters and self.scene.lamps.choice.name in known else []
-
     def controls(self) -> list[dict[str, Any]]:
-        """What can be changed now, for a page: section, name, label, help, kind, and the values that it may have."""
-        renderer, found = self.renderer, []
-        chosen = {"environment": environment_name(self.scene), "tone": renderer.display.part.name}
-        chosen |= dict(zip(OF_SCENE, key_of(self.scene), strict=True))
-        for name, section in (("environment", "light"), ("lamp_choice", "light"), ("tone", "display")):
-            found.append(as_names(section, name, chosen[name], self.names_of(name)))
-        found.append(as_names("scene", "triangle_test", chosen["triangle_test"], self.names_of("triangle_test")))
-        found.append({**described("scene", "ground"), "kind": "switch", "value": self.scene.ground})
+        """What can be changed now, for a page: section, name, label, help, and the values that it may have."""
+        renderer, scene = self.renderer, self.scene
+        test, choice, ground = key_of(scene)
+        found = [
+            as_names("light", "environment", environment_name(scene), self.environments),
+            as_names("scene", "triangle_test", test, PARTS.names("triangle test")),
+            described("scene", "ground", ground),
+        ]
+        if scene.lamps.count > 1 and renderer.needs_light and renderer.active.samples_lights:
+            found.append(as_names("light", "lamp_choice", choice, PARTS.names("lamp choice")))
+        if renderer.srgb:
+            found.append(as_names("display", "tone", renderer.display.part.name, PARTS.names("tone curve")))
         if renderer.srgb and not renderer.has_own_display:
             found.append(as_slider("display", "exposure", float(renderer.display.exposure), -10, 10, 0.125))
         if not renderer.camera.has_window:
@@ -230,12 +213,12 @@ class RendererState:
             found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
         for control in renderer.controls():
             if control.names:
-                found.append(as_names("estimator", control.name, control.value, list(control.names)))
+                found.append(as_names("estimator", control.name, control.value, control.names))
             else:
                 is_whole = isinstance(control.low, int) and isinstance(control.high, int)
                 step = 1 if is_whole else (control.high - control.low) / 200
                 found.append(as_slider("estimator", control.name, control.value, control.low, control.high, step))
-        return [one for one in found if one["kind"] != "names" or len(one["names"]) > 1]
+        return [one for one in found if "names" not in one or (len(one["names"]) > 1 and one["value"] in one["names"])]
 
 
 def read(name: str, value: Any) -> Any:
@@ -255,21 +238,21 @@ def read(name: str, value: Any) -> Any:
         raise InputError(f"{name}: {error}") from None
 
 
-def described(section: str, name: str) -> dict[str, Any]:
-    """What a page says of a setting."""
+def described(section: str, name: str, value: Any) -> dict[str, Any]:
+    """What a page says of a setting: a switch, unless there is more to be known."""
     option = next((one for one, known in OPTIONS.items() if name in (one, known.value)), name)
-    help = OPTIONS[option].help if option in OPTIONS else ""
-    return {"section": section, "name": name, "label": option.replace("_", " "), "help": help.replace("%%", "%")}
+    help = OPTIONS[option].help.replace("%%", "%") if option in OPTIONS else ""
+    return {"section": section, "name": name, "label": option.replace("_", " "), "help": help, "value": value}
 
 
-def as_names(section: str, name: str, value: Any, names: list[str]) -> dict[str, Any]:
+def as_names(section: str, name: str, value: Any, names: Sequence[str]) -> dict[str, Any]:
     """A setting that is one of several names."""
-    return {**described(section, name), "kind": "names", "value": value, "names": names}
+    return {**described(section, name, value), "names": list(names)}
 
 
 def as_slider(section: str, name: str, value: float, low: float, high: float, step: float) -> dict[str, Any]:
     """A setting that is a number between two ends."""
-    return {**described(section, name), "kind": "slider", "value": value, "low": low, "high": high, "step": step}
+    return {**described(section, name, value), "low": low, "high": high, "step": step}
 
 
 def key_of(scene: SceneData) -> tuple[str, str, bool]:
@@ -287,6 +270,19 @@ def made_like(
         options["crop"] = like.film.crop
     options["adaptive"] = like.adaptive and renderer_class.jitters
     return renderer_class(scene_data=scene, camera=camera or like.camera, **options)
+
+
+def view_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
+    """Where a renderer's camera is and what it sees, as a camera takes it."""
+    return {name: value for name, value in vars(renderer.camera.view).items() if value is not None}
+
+
+def copy_of(renderer: ProgressiveRenderer, scene: SceneData, *size: int) -> ProgressiveRenderer:
+    """Another renderer that shows the same of a scene, by the same camera or by one with a size of its own."""
+    camera = type(renderer.camera)(*size, **view_of(renderer)) if size else None
+    copied = made_like(renderer, type(renderer), scene, camera)
+    copy_values(renderer, copied)
+    return copied.use(copy.copy(renderer.active)).set_display(renderer.display.exposure, renderer.display.tone)
 
 
 def fix_white(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
@@ -339,17 +335,13 @@ class Preview:
             self._steps[key] = step // 2
 
     def _coarse(self, renderer: ProgressiveRenderer, step: int) -> ProgressiveRenderer:
-        view = {name: value for name, value in vars(renderer.camera.view).items() if value is not None}
-        made = self._made.get((renderer, step))
-        if made is None:
-            camera = type(renderer.camera)(renderer.width // step, renderer.height // step, **view)
-            options = {"sampler": renderer.sampler, "seed": renderer.seed}
-            made = self._made[renderer, step] = type(renderer)(renderer.scene_data, camera=camera, **options)
-        made.camera.set_camera_parameters(**view)
-        if made.active.name != renderer.active.name or made.values() != renderer.values():
-            made.use(copy.copy(renderer.active))
-            copy_values(renderer, made)
+        key = renderer, renderer.active.name, step
+        if key not in self._made:
+            self._made[key] = copy_of(renderer, renderer.scene_data, renderer.width // step, renderer.height // step)
             self._is_new = True
+        made = self._made[key]
+        made.camera.set_camera_parameters(**view_of(renderer))
+        copy_values(renderer, made)
         return made.set_display(renderer.display.exposure, renderer.display.tone)
 
 
@@ -369,7 +361,6 @@ def current(renderer: ProgressiveRenderer) -> ProgressiveRenderer:
 # ── two pictures ──
 
 
-OFF, DIFFERENCE = "off", "difference"  # ways to show two pictures; the third one is "sides"
 BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
 
 

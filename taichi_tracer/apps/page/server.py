@@ -75,7 +75,6 @@ class LiveServer:
         self.port = listening.getsockname()[1]
         self.address = f"http://{LOOPBACK}:{self.port}/#token={self.token}"
         self.hosts = {f"{name}:{one}" for name in (LOOPBACK, "localhost") for one in (self.port, *forwarded)}
-        self._guests = threading.BoundedSemaphore(MOST_CONNECTIONS)
         self._connections: set[ServerConnection] = set()
         self._server = serve_sockets(
             self.talk,
@@ -119,84 +118,52 @@ class LiveServer:
             token = connection.recv(PATIENCE)
             if not isinstance(token, str) or not secrets.compare_digest(token.encode(), self.token.encode()):
                 connection.close(1008, "open the address that the terminal shows: it contains the token")
-                return
-            if not self._guests.acquire(blocking=False):
+            elif len(self._connections) >= MOST_CONNECTIONS:
                 connection.close(1013, f"at most {MOST_CONNECTIONS} connections at a time")
-                return
-            self._connections.add(connection)
+            else:
+                self._connections.add(connection)
+                try:
+                    self.take_events(connection)
+                finally:
+                    self._connections.remove(connection)
+
+    def take_events(self, connection: ServerConnection) -> None:
+        """Give the events of a page to the session, and say of each message what is wrong with it."""
+        watcher = Watcher(self.session, partial(send, connection))
+        threading.Thread(target=self.send_frames, args=(connection, watcher), daemon=True).start()
+        second, count = 0, 0
+        for message in connection:
+            now = int(time.monotonic())
+            second, count = (second, count + 1) if second == now else (now, 1)
+            if count > RATE:
+                connection.close(1008, f"at most {RATE} events per second")
             try:
-                Page(self.session, connection).run()
-            finally:
-                self._connections.remove(connection)
-                self._guests.release()
+                watcher.post(json.loads(message))
+            except InputError as error:
+                watcher.send({"message": str(error)}, b"")
+            except (ValueError, RecursionError):
+                watcher.send({"message": "this is no JSON"}, b"")
+
+    def send_frames(self, connection: ServerConnection, watcher: Watcher) -> None:
+        """Send every frame that a page can take, until it is closed."""
+        while connection in self._connections:
+            if not watcher.is_ready:
+                time.sleep(LOOK / 10)
+            elif (frame := self.session.wait_for_frame(watcher.last.number, LOOK)) is not None:
+                watcher.show(frame)
+
+
+def send(connection: ServerConnection, state: dict[str, Any], data: bytes) -> None:
+    """Send the length of a state, the state as JSON, and a file; nothing if the page is closed."""
+    text = json.dumps(state).encode()
+    with contextlib.suppress(ConnectionClosed):
+        connection.send(struct.pack("<I", len(text)) + text + data)
 
 
 def answer(status: HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> Response:
     """An answer of HTTP."""
     headers = {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"}
     return Response(status.value, status.phrase, Headers(headers), body)
-
-
-class Page:
-    """One page that watches.
-
-    Args:
-        connection: on which the token was shown.
-    """
-
-    def __init__(self, session: Session, connection: ServerConnection) -> None:
-        self.session, self.connection, self.watcher = session, connection, Watcher(session)
-        self.is_open = True
-
-    def run(self) -> None:
-        """Talk until the page is closed."""
-        sender = threading.Thread(target=self.send_frames, daemon=True)
-        sender.start()
-        second, count = 0, 0
-        try:
-            for message in self.connection:
-                now = int(time.monotonic())
-                second, count = (second, count + 1) if second == now else (now, 1)
-                if count > RATE:
-                    self.connection.close(1008, f"at most {RATE} events per second")
-                self.take(message)
-        finally:
-            self.is_open = False
-
-    def take(self, message: str | bytes) -> None:
-        """Give an event to the session, or say what is wrong with it."""
-        try:
-            event = json.loads(message)
-            self.watcher.post(event)
-        except (ValueError, RecursionError) as error:  # an InputError is a ValueError
-            reason = str(error) if isinstance(error, InputError) else "this is no JSON"
-            self.send({"message": reason})
-            return
-        if event["type"] == "save":
-            self.session.later(partial(self.save, event["kind"]))
-
-    def save(self, kind: str) -> None:
-        """Send the picture as a file; the thread that renders calls this."""
-        self.send({"file": f"picture.{kind}"}, self.session.file(kind))
-
-    def send_frames(self) -> None:
-        """Send every frame that the page can take."""
-        with contextlib.suppress(ConnectionClosed):
-            while self.is_open:
-                if not self.watcher.is_ready:
-                    time.sleep(LOOK / 10)
-                    continue
-                frame = self.session.wait_for_frame(self.watcher.last.number, LOOK)
-                if frame is not None:
-                    state, data = frame.news_after(self.watcher.last)
-                    self.watcher.last = frame  # before the page can say that it shows it
-                    self.send(state, data)
-
-    def send(self, state: dict[str, Any], data: bytes = b"") -> None:
-        """Send the length of a state, the state as JSON, and a file."""
-        text = json.dumps(state).encode()
-        with contextlib.suppress(ConnectionClosed):
-            self.connection.send(struct.pack("<I", len(text)) + text + data)
 
 
 def open_server(session: Session, forwarded: Sequence[int] = ()) -> LiveServer:

@@ -19,24 +19,14 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps.page.channel import Channel, Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.channel import DIFFERENCE, EVENTS, OFF, Channel, Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
-from taichi_tracer.apps.page.renderer_state import (
-    DIFFERENCE,
-    OF_SCENE,
-    OFF,
-    Preview,
-    RendererState,
-    current,
-    difference_of,
-    read,
-)
+from taichi_tracer.apps.page.renderer_state import OF_SCENE, Preview, RendererState, current, difference_of, read
 from taichi_tracer.apps.pictures import (
     as_command,
     as_python,
     camera_settings,
-    environment_name,
     first_renderer,
     position_of,
 )
@@ -56,10 +46,8 @@ WORK = 0.02  # seconds of rendering between two looks at the events
 TRIES = 5  # moving pictures that are tried, until their size is as coarse as they must be
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
-SIDES = ("left", "right")  # of two pictures
-MOVING_BY = ("drag", "zoom", "pan", "key", "blur")
-POINTING = ("point", "leave", "look")  # events that change nothing of the picture
-NOTHING = (0, "", (), ())  # what was shown before the first frame
+MOVING_BY = ("move", "key", "blur")
+POINTING = ("point", "look")  # events that change nothing of the picture
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
 
 
@@ -90,13 +78,12 @@ class Session(Channel):
         self._folder = TemporaryDirectory()  # for pictures of processes that compile
         self._unit = START  # seconds that a view takes to compile
         self._last_step = self.now()
+        self.region: tuple[int, ...] | None = None  # column, row, columns and rows whose numbers a page shows
         self.coarse: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
-        self._pictures = 0  # counts the changes of what is rendered
-        self._framed: tuple  # what the last frame shows: the picture, the kind, what is chosen, and what stands beside
+        self._pictures = 0  # counts the changes of what is rendered, or shown of it
+        self._has_news = False  # whether the next frame is due at once, because something was chosen or asked for
         self.framed_at = self._moved_at = -1e9
         self._next_error = 0.0
-        self._details: dict[str, Any] = {}
-        self._details_of: tuple = ()
         self._begin_with(renderer)
 
     def _begin_with(self, renderer: ProgressiveRenderer) -> None:
@@ -110,11 +97,11 @@ class Session(Channel):
         self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
         self.pointed: tuple[int, int] | None = None  # the pixel under the pointer
-        self.region: tuple[int, ...] | None = None  # column, row, columns and rows whose numbers a page shows
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
-        self._is_cold, self._framed = True, NOTHING  # whether the picture of a moving camera is still to be compiled
+        self._framed: tuple[Any, str] = None, ""  # the key of the picture that the last frame shows, and its kind
+        self._is_cold = True  # whether the picture of a moving camera is still to be compiled
 
     @property
     def state(self) -> RendererState:
@@ -186,7 +173,7 @@ class Session(Channel):
             self.render()
             if self.make_frame():
                 self.took(self.now() - begin)
-        if self._is_cold and self._framed != NOTHING and self.choice is None and self.mode == OFF:
+        if self._is_cold and self._framed[0] and self.choice is None and self.mode == OFF:
             self._is_cold = False
             self.choose("preparing the moving picture", self._unit, self._warm_moving)
         return bool(events or is_busy)
@@ -195,6 +182,8 @@ class Session(Channel):
         """Show what was chosen if it is due, and move the camera."""
         if self.choice is not None and self.choice.is_due:
             choice, self.choice = self.choice, None
+            self._pictures += 1
+            self._has_news = True
             with self.errors_as_message():
                 choice.take()
         now = self.now()
@@ -228,13 +217,13 @@ class Session(Channel):
         """Seconds until a frame is to be made: 0 if it is due, and infinite if nobody asks or nothing is new."""
         if not self.is_asked:
             return np.inf
-        picture, kind, *chosen = self._framed
-        is_same, is_lossless = chosen == [self.picture_key(), self.beside], kind == "png"
+        picture, kind = self._framed
         due = self.framed_at + FRAME_EVERY
-        if is_same and picture == self._pictures:
-            due = np.inf if is_lossless else self._moved_at + MOVING  # then the lossless picture follows
-        elif is_same and is_lossless and not self.is_moving and not all(is_final(one) for one in self.renderers):
-            due = self.framed_at + REST_EVERY
+        if not self._has_news:
+            if picture == self.picture_key():
+                due = np.inf if kind == "png" else self._moved_at + MOVING  # then the lossless picture follows
+            elif kind == "png" and not self.is_moving and not all(is_final(one) for one in self.renderers):
+                due = self.framed_at + REST_EVERY
         return max(0.0, due - self.now())
 
     def render(self) -> None:
@@ -264,6 +253,8 @@ class Session(Channel):
         for kind, members in events:
             if kind not in (*MOVING_BY, *POINTING):
                 self.message = ""
+                self._pictures += 1
+            self._has_news = True
             with self.errors_as_message():
                 getattr(self, f"on_{kind}")(**members)
 
@@ -279,12 +270,13 @@ class Session(Channel):
 
     def move(self, seconds: float) -> None:
         """Move the camera as keys, wheel and pointer have said since the last time."""
-        orbit, zoom, pan, keys = self.orbit, self.zoom, self.pan, self.keys | self.tapped
+        motion, keys = self.motion, self.keys | self.tapped
         self.stay()
-        if not (keys or zoom or orbit.any() or pan.any()):
+        if not (keys or motion.any()):
             return
+        orbit, pan, nearer = motion[:2], motion[2:4], motion[4]
         camera, up_axis = self.renderer.camera, self.state.scene.up_axis
-        pose = camera_controller.step(Pose.of(camera), keys, seconds, tuple(orbit), zoom, self.speed, up_axis)
+        pose = camera_controller.step(Pose.of(camera), keys, seconds, tuple(orbit), nearer, self.speed, up_axis)
         if pan.any():
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
@@ -292,20 +284,12 @@ class Session(Channel):
 
     def stay(self) -> None:
         """Begin to count how far the pointer and the wheel move the camera, and which keys were pressed."""
-        self.orbit, self.pan, self.zoom = np.zeros(2), np.zeros(2), 0.0
+        self.motion = np.zeros(5)  # orbit and pan, both to the right and upwards, and how much nearer
         self.tapped: set[str] = set()  # those that were pressed, and may be released again
 
-    def on_drag(self, dx: float, dy: float) -> None:
-        """Turn the camera."""
-        self.orbit += dx, dy
-
-    def on_pan(self, dx: float, dy: float) -> None:
-        """Shift the camera."""
-        self.pan += dx, dy
-
-    def on_zoom(self, by: float) -> None:
-        """Bring the camera nearer."""
-        self.zoom += by
+    def on_move(self, **motion: float) -> None:
+        """Move the camera, as ``EVENTS`` of a channel name it: turn it, shift it, or bring it nearer."""
+        self.motion += [motion.get(name, 0.0) for name in EVENTS["move"]]
 
     def on_key(self, key: str, down: bool) -> None:
         """Note that a key is pressed or released."""
@@ -323,6 +307,7 @@ class Session(Channel):
         if self.choice is not None:
             self.choice.cancel()
         self.choice = Choice(text, about, take, process)
+        self._has_news = True
 
     # ── what can be chosen ──
 
@@ -403,14 +388,10 @@ class Session(Channel):
         self.choose(f"explaining column {column}, row {row}", self._unit, explain)
 
     def on_same(self) -> None:
-        """Show what makes this picture again."""
-        command, lines = as_command(self.renderer, self.settings), as_python(self.renderer)
-        self.explanation = f"<pre>{html.escape(command)}</pre><pre>{html.escape(lines)}</pre>"
-
-    def on_camera(self) -> None:
-        """Show the camera as options of the command line."""
-        words = RenderSettings(**camera_settings(self.renderer.camera)).words()
-        self.explanation = f"<pre>{html.escape(shlex.join(words))}</pre>"
+        """Show what makes this picture again: the command, the options of its camera, and Python."""
+        camera = RenderSettings(**camera_settings(self.renderer.camera)).words()
+        texts = as_command(self.renderer, self.settings), shlex.join(camera), as_python(self.renderer)
+        self.explanation = "".join(f"<pre>{html.escape(text)}</pre>" for text in texts)
 
     def on_close(self) -> None:
         """Close the explanation."""
@@ -419,10 +400,6 @@ class Session(Channel):
     def on_point(self, column: int, row: int) -> None:
         """Show the numbers of a pixel."""
         self.pointed = column, row
-
-    def on_leave(self) -> None:
-        """Show the numbers of no pixel."""
-        self.pointed = None
 
     def on_look(self, column: int, row: int, columns: int, rows: int) -> None:
         """Show the numbers of a region of pixels; of none where it has no columns."""
@@ -435,11 +412,16 @@ class Session(Channel):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.sides = [self.state.resized(int(width * scale), int(height * scale))]
-        self.preview, self.pointed, self.explained, self.region = Preview(), None, None, None
-        self._is_cold, self._framed = self.choice is None, NOTHING  # a choice prepares the moving picture, too
+        self.preview, self.pointed, self.explained = Preview(), None, None
+        self._framed, self._is_cold = (None, ""), self.choice is None  # a choice prepares the moving picture, too
 
-    def on_split(self, mode: str) -> None:
-        """Choose how two pictures are shown, or one."""
+    def on_compare(self, mode: str, side: int, equal: str) -> None:
+        """Choose how one picture is shown, or two.
+
+        Args:
+            mode: one of the ways of ``channel``. side: which of two the controls change.
+            equal: what both have the same number of, "samples" or "seconds"; if it is another one, both begin again.
+        """
 
         def begin() -> None:
             """Make the second picture, and compile it."""
@@ -448,24 +430,16 @@ class Session(Channel):
                 quick_pixels(one.render())
                 one.reset()
 
+        if equal != self.equal:
+            self.equal = equal
+            for one in self.renderers:
+                one.reset()
         if mode == OFF:
             self.sides, self.number, self.mode = [self.state], 0, OFF
         elif self.mode == OFF:
             self.choose("preparing the second picture", self._unit, begin)
         else:
-            self.mode = mode
-
-    def on_equal(self, by: str) -> None:
-        """Choose what two pictures have the same number of; both begin again."""
-        self.equal = by
-        for one in self.renderers:
-            one.reset()
-
-    def on_side(self, number: int) -> None:
-        """Choose which of the two pictures the controls change."""
-        if self.mode == OFF:
-            raise InputError("side: one picture is shown: choose to compare first")
-        self.number = number
+            self.number, self.mode = side, mode
 
     # ── frames ──
 
@@ -475,46 +449,22 @@ class Session(Channel):
         if self.seconds_to_frame() > 0:
             return False
         kind = "jpeg" if self.is_moving else "png"
-        make = quick_pixels if kind == "jpeg" else exact_pixels
-        former, of = self._frame, (self._pictures, kind, self.picture_key())
+        make = quick_pixels if self.is_moving else exact_pixels
         shown = self.renderers if self.coarse is None else [self.coarse]
-        if of == self._framed[:3]:
-            data = former.data
-        else:
+        data, key = self._frame.data, (self.picture_key(), kind)
+        if key != self._framed:
             if self.mode == DIFFERENCE:
                 pixels, self.scale = difference_of(*self.renderers)
             else:
                 pixels = np.concatenate([make(one) for one in shown], axis=1)
             data = encoded(pixels, kind)
-        state = self.present_state(shown)
-        if self._details_of != (of[2], self.beside, self._next_error):
-            self._details_of, self._details = (of[2], self.beside, self._next_error), self.details()
-        self._framed = *of, self.beside
-        self.framed_at = self.now()
-        self.show(Frame(former.number + 1, kind, data, state, self._details))
+        self._framed, self._has_news, self.framed_at = key, False, self.now()
+        self.show(Frame(self._frame.number + 1, kind, data, self.page_state(shown)))
         return True
 
-    def present_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
-        """What changes with every picture: samples, errors, the scale of colours, and the pixels that are asked for."""
-        sides = [
-            {
-                "view": one.active.name,
-                "samples": one.samples if one.is_random else 1,
-                "seconds": one.rendered_seconds,
-                "is_random": one.is_random,
-                "error": self.errors.get(id(one)),
-            }
-            for one in shown
-        ]
-        scale = self.scale if self.mode == DIFFERENCE else shown[self.number].scale
-        pointed = None if self.pointed is None or self.is_moving else look_at(*self.pointed, self.renderers)
-        return {
-            **sides[self.number],
-            "sides": sides,
-            "scale": scale and {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text},
-            "pointed": pointed,
-            "values": None if self.region is None or self.is_moving else linear_values(self.renderer, *self.region),
-        }
+    def picture_key(self) -> tuple:
+        """What is compared to find out whether another picture is shown."""
+        return self._pictures, [one.display for one in self.renderers]
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
@@ -526,54 +476,50 @@ class Session(Channel):
         self.errors = {id(one): error_of(one) for one in random}
         rest = ERROR_REST * (self.now() - begin)
         self.curves = {}
-        for side, renderer in zip(SIDES, self.renderers, strict=False):
+        for side, renderer in zip(("left", "right"), self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
-                points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
+                points = [[p.seconds, float(p.error)] for p in curve if np.isfinite(p.error) and p.error > 0]
                 self.curves[name if self.mode == OFF else f"{side}: {name}"] = points
         self._next_error = self.now() + max(ERROR_EVERY, rest, ERROR_SHARE * self.renderer.rendered_seconds)
 
-    def picture_key(self) -> tuple:
-        """What is compared to find out whether something else was chosen: without the camera's place."""
-        of = [
-            (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
-            for one in self.renderers
-        ]
-        fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
-        return (*of, self.mode, self.number, self.equal, fov, self.renderer.values().get("max_distance"))
-
-    @property
-    def beside(self) -> tuple:
-        """What is shown beside the picture, and changes nothing of it."""
-        return (
-            self.message,
-            self.explanation,
-            self.pointed,
-            self.region,
-            self.choice and self.choice.began,
-        )
-
-    def details(self) -> dict[str, Any]:
-        """What can be chosen, and what is chosen."""
+    def page_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
+        """What a page shows beside the pictures: what is chosen, what can be chosen, and what is known of them."""
         renderer, choice = self.renderer, self.choice
+        sides = [
+            {
+                "view": one.active.name,
+                "samples": one.samples if one.is_random else 0,
+                "seconds": one.rendered_seconds,
+                "error": self.errors.get(id(one)),
+            }
+            for one in shown
+        ]
         offered = [
             {"what": cls.what, "names": [[one.name, one.label or one.name] for one in offers]}
             for cls, offers in self.state.offered
         ]
-        busy = choice and {"text": choice.text, "about": choice.about, "since": time.monotonic() - choice.began}
+        scale = self.scale if self.mode == DIFFERENCE else shown[self.number].scale
+        is_still = not self.is_moving
         return {
-            **{name: getattr(renderer, name) for name in ("width", "height", "what")},
+            "width": renderer.width,
+            "height": renderer.height,
+            "follows": self.follows_size,
+            "what": renderer.what,
+            "view": renderer.active.name,
             "scene": name_of(renderer.scene_data.source),
             "scenes": [] if self.settings is None else scene_names(),
-            "environment": environment_name(self.state.scene),
             "offered": offered,
             "controls": self.state.controls(),
-            "follows": self.follows_size,
-            "busy": busy,
-            "explained": self.explained,
-            "split": None if self.mode == OFF else {"mode": self.mode, "side": self.number, "equal": self.equal},
+            "compare": {"mode": self.mode, "side": self.number, "equal": self.equal},
+            "sides": sides,
             "curves": self.curves,
+            "scale": scale and {"high": f"{scale.high:.3g}", "text": scale.text},
+            "pointed": look_at(*self.pointed, self.renderers) if self.pointed and is_still else None,
+            "values": linear_values(renderer, *self.region) if self.region and is_still else None,
+            "busy": choice and {"text": choice.text, "about": choice.about, "began": choice.began},
             "message": self.message,
             "explanation": self.explanation,
+            "explained": self.explained,
         }
 
     def file(self, kind: str) -> bytes:
