@@ -3,7 +3,6 @@
 The view of the distance also has a value that can be changed, and is therefore a class.
 """
 
-import itertools
 import math
 
 import numpy as np
@@ -138,8 +137,7 @@ class Distance(View):
 
 def farthest_corner(geometry, eye: np.ndarray) -> float:
     """The distance from the eye to the farthest corner of the scene's box."""
-    corners = np.array(list(itertools.product(*zip(geometry.low, geometry.high, strict=True))))
-    return float(np.linalg.norm(corners - eye, axis=1).max())
+    return float(np.linalg.norm(np.maximum(abs(geometry.low - eye), abs(geometry.high - eye))))
 
 
 def fitting_distance(farthest: float) -> float:
