@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 from numpy.typing import ArrayLike
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.view import (
     DEFAULT_WINDOW,
@@ -261,7 +261,8 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         return values if "fov" in values else values | {"screen_window": values.get("screen_window", DEFAULT_WINDOW)}
 
     def __repr__(self) -> str:
-        values = {name: value for name, value in self.parameters().items() if name != "projection"}
+        values = self.parameters()
+        del values["projection"]
         words = words_of(values, usual=DEFAULTS)
         return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 
@@ -402,7 +403,7 @@ class Camera(ProjectiveCamera):
         camera_to_world = self.camera_to_world[None]
         eye = tm.vec3(camera_to_world[0, 3], camera_to_world[1, 3], camera_to_world[2, 3])
         direction = (camera_to_world @ self.generate_camera_coords(ndc)).xyz
-        return Ray(origin=eye, direction=direction * (1 / direction.norm()))
+        return Ray(origin=eye, direction=direction * (1 / tm.length(direction)))
 
     @classmethod
     def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 from numpy.typing import ArrayLike
 
 from taichi_tracer.files.disk import shipped_environments
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import element, inside_kernel
@@ -181,7 +181,7 @@ class Environment(KnownAttributes):
     @ti.func
     def query_ray(self, ray):
         """The radiance that arrives along a ray that hits nothing (A2-5)."""
-        return self.radiance(ray.direction.normalized())
+        return self.radiance(tm.normalize(ray.direction))
 
 
 class TexelsFromBelow:
@@ -228,7 +228,8 @@ def checked(image, name: str, what: str = "an environment", value: str = "radian
 
 def check_intensity(intensity: float) -> None:
     """Raise an InputError unless all radiance can be multiplied by this number."""
-    if not isinstance(intensity, int | float | np.number) or not 0 <= float(intensity) < math.inf:
+    is_number = isinstance(intensity, int | float | np.number)
+    if not (is_number and 0 <= float(intensity) < math.inf):
         raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
 
 

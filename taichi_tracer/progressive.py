@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.random_numbers import RandomNumbers
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 from numpy.typing import ArrayLike
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system import runtime
+from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, digits, digits_of
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
@@ -63,7 +64,7 @@ class HitData:
         def __init__(self, *members: Any, **named: Any) -> None: ...
 
 
-@ti.func
+@compile_time
 def no_hit():
     """The HitData of a ray that hits nothing."""
     return HitData(
@@ -124,9 +125,11 @@ class RayHits:
         """Arrays without values for n rays, whose flags are int32; and all their numbers, real and whole, in a row."""
         reals, whole = np.empty(n * sum(REALS.values()), dtype), np.empty(n * len(WHOLE), np.int32)
         arrays = dict(zip(WHOLE, whole.reshape(len(WHOLE), n), strict=True))
-        parts = np.split(reals, n * np.cumsum([*REALS.values()])[:-1])
-        for (name, width), part in zip(REALS.items(), parts, strict=True):
+        at = 0
+        for name, width in REALS.items():
+            part = reals[n * at : n * (at + width)]
             arrays[name] = part if width == 1 else part.reshape(n, width)
+            at += width
         return cls(**arrays), reals, whole
 
     def reshaped(self, shape: tuple[int, ...]) -> "RayHits":

@@ -7,8 +7,8 @@ which order the primitives are tried, and which primitives need not be tried at 
 """
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.boxes import RayBounds, box_interval, triangle_interval, within_box
 from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 from taichi_tracer.formulas.triangles import TriangleTest, plane_distance, stable_normal
@@ -158,7 +158,7 @@ class RayIntersector:
         """
         if hit.is_hit:
             if ti.static("intersect_triangle" in self.replaced or "query_ray" in self.replaced):
-                if abs(hit.geometric_normal).sum() == 0:
+                if tm.component_sum(abs(hit.geometric_normal)) == 0:
                     triangle_id = hit.triangle_id
                     if ti.static(self.geometry.effects.spheres and "query_ray" not in self.replaced):
                         triangle_id = self.geometry.primitives[triangle_id]
@@ -166,7 +166,7 @@ class RayIntersector:
                     hit.geometric_normal = ti.select(tm.dot(ray.direction, n) > 0, -n, n)
                     hit.position = ray.at(hit.distance)
                     reach = abs(ray.origin) + abs(hit.distance * ray.direction)
-                    hit.position_error = self.pad_factor * (reach + reach.max())
+                    hit.position_error = self.pad_factor * (reach + tm.component_max(reach))
             else:
                 index = hit.triangle_id
                 if ti.static(self.geometry.effects.spheres):
@@ -209,14 +209,15 @@ class RayIntersector:
     @ti.func
     def is_legal(self, ray):
         """Whether the direction is not 0 and all numbers are finite. Every other ray misses everything."""
-        total = abs(ray.origin).sum() + abs(ray.direction).sum()
-        return total < tm.inf and abs(ray.direction).sum() > 0
+        size = tm.component_sum(abs(ray.direction))
+        return tm.component_sum(abs(ray.origin)) + size < tm.inf and size > 0
 
     @ti.func
     def ray_bounds(self, ray):
         """``ray`` prepared for ``box_interval``."""
         o, d = ray.origin, ray.direction
-        reach = ti.max(abs(tm.vec3(self.geometry.corners[0]) - o), abs(tm.vec3(self.geometry.corners[1]) - o)).max()
+        low, high = tm.vec3(self.geometry.corners[0]), tm.vec3(self.geometry.corners[1])
+        reach = tm.component_max(ti.max(abs(low - o), abs(high - o)))
         pad = self.pad_factor * (reach + abs(o) / 4)  # abs(o) / 4 covers the rounding of o ± pad
         inverse = 1 / d
         towards = ti.select(inverse >= 0, pad, -pad)
@@ -245,7 +246,7 @@ class RayIntersector:
         """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
-        position, position_error = self.geometry.position(u, v, *corners, self.geometry.thinness[triangle_id])
+        position, position_error = self.geometry.position_between(u, v, *corners, self.geometry.thinness[triangle_id])
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)
         return HitData(

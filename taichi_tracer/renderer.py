@@ -222,6 +222,8 @@ class A2Renderer(ProgressiveRenderer):
         """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
+    set_sample_uniform_hemisphere = set_sample_hemisphere
+
     def set_sample_brdf(self) -> "Self":
         """Sample directions from the density of the BRDF."""
         return self.use("brdf")

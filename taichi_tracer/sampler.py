@@ -10,12 +10,12 @@ import copy
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF  # as the handout names it
 from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.random_numbers import RandomNumbers, given_or_drawn
 from taichi_tracer.formulas.warps import uniform_sphere

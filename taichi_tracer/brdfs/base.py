@@ -9,8 +9,8 @@ horizon of the triangle's plane.
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.parts import overridable, replaced
 

@@ -1,9 +1,9 @@
 """The diffuse BRDF: a surface that looks equally bright from all directions (Lambert; A2-4)."""
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.warps import cosine_hemisphere
 from taichi_tracer.system.parts import overridable, register
 

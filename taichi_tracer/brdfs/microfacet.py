@@ -17,10 +17,10 @@ light from above, with α = 0.5 69 %, and with α = 1 31 %.
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
 from taichi_tracer.brdfs.handout import HandoutBrdf
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.random_numbers import given_or_drawn

@@ -1,10 +1,10 @@
 """The limit of Phong's lobe for Ns → ∞: a reflection into the single direction ω_r, with Phong's weight (C-3)."""
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.brdfs.phong import MIRROR_FROM
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.system.parts import overridable, register
 

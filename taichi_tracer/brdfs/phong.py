@@ -1,9 +1,9 @@
 """Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4)."""
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.warps import power_cosine
 from taichi_tracer.system.parts import overridable, register

@@ -12,11 +12,11 @@ reflects up to 16 % more light than arrives at grazing angles.) A pure metal, m 
 """
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import LAYERED, Microfacet, schlick
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system.parts import overridable, register
 
 BASE, LAYER = Diffuse(), Microfacet()
@@ -50,8 +50,8 @@ class RoughLayer(Brdf):
     @ti.func
     def share(self, material, w_o, n):
         """The probability with which a sample goes to the layer: about its share of the reflected light."""
-        of_layer = schlick(material.F0, tm.dot(n, w_o)).sum()
-        of_base = ((1 - LAYER_F0) * material.Kd).sum()
+        of_layer = tm.component_sum(schlick(material.F0, tm.dot(n, w_o)))
+        of_base = tm.component_sum((1 - LAYER_F0) * material.Kd)
         return tm.clamp(of_layer / ti.max(of_layer + of_base, 1e-6), LEAST, MOST)
 
     @ti.func

@@ -5,9 +5,9 @@ this folder counts.
 """
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import DeltaBrdf
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
 from taichi_tracer.system.parts import overridable, register

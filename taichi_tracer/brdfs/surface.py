@@ -1,8 +1,8 @@
 """A point of a surface, with the BRDF of its material. Integrators work with it."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.ray import Ray, offset_origin
 from taichi_tracer.system.compile_time import compile_time
 

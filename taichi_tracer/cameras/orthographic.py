@@ -1,9 +1,9 @@
 """The orthographic camera: parallel rays along the gaze (RT-5)."""
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.ray import Ray
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import overridable, register

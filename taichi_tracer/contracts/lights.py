@@ -6,7 +6,6 @@ rays: the checks are given the intersector of a scene that contains it.
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import Rows
@@ -21,6 +20,7 @@ from taichi_tracer.contracts.statistics import (
     sidak,
     uniform_pairs,
 )
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.ray import no_hit
 
 SAMPLES = 100_000

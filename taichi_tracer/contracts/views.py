@@ -6,12 +6,12 @@ Of spheres the colour need only be finite: their ``barycentric_coords`` are long
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.intersectors import all_primitives
 from taichi_tracer.contracts.lab import Rows
 from taichi_tracer.contracts.statistics import ABOVE_ZERO, check_near, check_range
+from taichi_tracer.formulas import vector_math as tm
 
 SIZE = 40
 ROUNDING = 1e-6  # of 0 and 1, where barycentric coordinates are added up

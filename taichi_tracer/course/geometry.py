@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit

@@ -7,8 +7,8 @@ on vectors, for many numbers at once.
 """
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system import runtime
 
 

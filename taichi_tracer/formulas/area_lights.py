@@ -1,8 +1,8 @@
 """Points on triangles and directions to spheres, for lights that have an area. Each function states its density."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import from_frame
 from taichi_tracer.formulas.triangles import unit
 from taichi_tracer.system import runtime

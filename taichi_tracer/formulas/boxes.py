@@ -1,7 +1,8 @@
 """The part of a ray that lies inside an axis-aligned box: the slab test, made safe against rounding."""
 
 import taichi as ti
-import taichi.math as tm
+
+from taichi_tracer.formulas import vector_math as tm
 
 
 @ti.dataclass

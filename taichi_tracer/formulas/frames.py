@@ -1,8 +1,8 @@
 """Frames around a direction, and the mirrored direction. All vectors have unit length."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import on_circle
 
 

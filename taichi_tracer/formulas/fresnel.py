@@ -2,6 +2,8 @@
 
 import taichi as ti
 
+from taichi_tracer.formulas import vector_math as tm
+
 
 @ti.func
 def fresnel_dielectric(cosine, eta):
@@ -29,4 +31,4 @@ def refracted(w_o, n, cosine, eta):
         cosine: n·ω_o. eta: as in ``fresnel_dielectric``, which must be less than 1 there.
     """
     behind = ti.sqrt(ti.max(0.0, 1 - (1 - cosine * cosine) / (eta * eta)))
-    return ((cosine / eta - behind) * n - w_o / eta).normalized()
+    return tm.normalize((cosine / eta - behind) * n - w_o / eta)

@@ -5,9 +5,9 @@ for the light. The number of dimensions has no limit. ``sampler`` says where the
 """
 
 import taichi as ti
-import taichi.math as tm
 from taichi.lang import impl
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system.compile_time import compile_time, variable
 
 TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above

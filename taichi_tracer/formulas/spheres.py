@@ -1,8 +1,8 @@
 """The intersection of a ray and a sphere in closed form, in an order of operations that loses few digits."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import runtime
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.system import runtime
 from taichi_tracer.system.parts import overridable, register
@@ -150,7 +150,7 @@ def stable_normal(v0, v1, v2):
     e0 = v1 - v0
     e1 = v2 - v1
     e2 = v0 - v2
-    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
+    l0, l1, l2 = tm.dot(e0, e0), tm.dot(e1, e1), tm.dot(e2, e2)
     is_0_longest = l0 >= l1 and l0 >= l2
     is_1_longest = l1 >= l2
     p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
@@ -161,17 +161,16 @@ def stable_normal(v0, v1, v2):
 @ti.func
 def unit(v):
     """v / |v|. First v is divided by its largest component, so that |v|² neither overflows nor underflows."""
-    w = v / abs(v).max()
-    return w / w.norm()
+    return tm.normalize(v / tm.component_max(abs(v)))
 
 
 @ti.func
 def thinness(v0, v1, v2):
     """1/sin of the angle between the two shortest edges, ≥ 1: the factor by which rounding errors of a normal grow."""
-    a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
+    a, b, c = tm.length(v1 - v0), tm.length(v2 - v1), tm.length(v0 - v2)
     longest = ti.max(a, b, c)
     others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))
-    return others / tm.cross(v1 - v0, v2 - v0).norm()
+    return others / tm.length(tm.cross(v1 - v0, v2 - v0))
 
 
 register(TriangleTest("watertight", watertight))

@@ -1,8 +1,8 @@
 """Directions made of two uniform random numbers ξ in [0, 1)². Each function states its density per solid angle."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import from_frame
 

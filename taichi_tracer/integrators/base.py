@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import compile_time
@@ -181,9 +181,7 @@ class View(Integrator):
     @compile_time
     def color(self, hit):
         """The RGB colour of a hit."""
-        if self.function is None:
-            raise NotImplementedError(f"{type(self).__name__} must say what color(self, hit) is")
-        return self.function(hit)
+        return self.function(hit)  # ``required`` says that it is there
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):

@@ -17,8 +17,8 @@ same light, the caller multiplies each by a heuristic of the two densities; the 
 """
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.sampler import UniformSampler
@@ -38,9 +38,9 @@ def sample_of_lights(scene: ti.template(), surface, xi):
     if ti.static(scene.samples_lights):
         w_i, distance, unblocked, pdf_lights = scene.lights.sample(surface.origin, surface.normal, xi)
         pdf, pdf_brdf = pdf_lights, surface.pdf(w_i)
-        if unblocked.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+        if tm.component_max(unblocked) > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             f_cos = surface.eval_cosine(w_i)
-            if f_cos.max() > 0:
+            if tm.component_max(f_cos) > 0:
                 if not scene.is_blocked(surface, w_i, distance):
                     light = unblocked
     return f_cos, light, pdf, pdf_brdf

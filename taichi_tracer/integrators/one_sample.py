@@ -7,8 +7,8 @@ f_r cos θ L / p. Both densities are per solid angle. The two-sample forms are i
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import Control, LiveNumbers
 from taichi_tracer.integrators.direct_light import DirectLight, light_along, sample_of_lights
 from taichi_tracer.settings import WEIGHTS, usual_values

@@ -5,6 +5,7 @@ from typing import Any
 
 import taichi as ti
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import Control, LiveNumbers
 from taichi_tracer.settings import PATHS, name_of_bounces, usual_values
 from taichi_tracer.system.compile_time import inside_kernel
@@ -112,7 +113,7 @@ class PathSettings:
         if depth > self._numbers.get(1):
             q = self._numbers.get(2)
             if self._numbers.get(3) > 0:
-                q = 1 - ti.min(throughput.max(), MOST_SURVIVAL)
+                q = 1 - ti.min(tm.component_max(throughput), MOST_SURVIVAL)
         return 1 - q
 
     @ti.func

@@ -15,8 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import Control, Integrator
 from taichi_tracer.integrators.direct_light import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
@@ -79,7 +79,7 @@ class Paths(Integrator):
                 if ti.static(self.samples_lights):
                     pdf = surface.pdf(w_i)
                 throughput *= surface.weight(w_i)
-                is_going = throughput.max() > 0 and surface.lets_pass(w_i)
+                is_going = tm.component_max(throughput) > 0 and surface.lets_pass(w_i)
                 is_going = is_going and self.needs_hit(scene, surface, w_i, depth, is_delta)
                 if is_going:
                     survival = self.settings.survival(depth, throughput)
@@ -90,7 +90,7 @@ class Paths(Integrator):
                     ray = surface.ray_along(w_i)
                     hit = scene.met(surface, ray)
                     light = scene.lights.arriving(ray, hit) * self.settings.counts(depth)
-                    if light.max() > 0:
+                    if tm.component_max(light) > 0:
                         L += throughput * light * self.share_of_hit(scene, ray, n, hit, pdf, is_delta)
                     is_going = hit.is_hit and depth < self.settings.max_bounces()
         return L

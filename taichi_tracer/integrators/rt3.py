@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import Integrator, LiveNumbers
 from taichi_tracer.integrators.surface_views import normal
 from taichi_tracer.system.errors import InputError

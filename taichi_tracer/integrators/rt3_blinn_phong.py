@@ -10,9 +10,9 @@ what is reflected. Environments and surfaces that emit do not light anything; th
 from typing import TYPE_CHECKING
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.phong import log1p_of_negative
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.errors import InputError
@@ -70,7 +70,7 @@ class BlinnPhong(Integrator):
                 L += k * self.shade(scene, surface)
                 k *= surface.material.Km
                 ray = surface.ray_along(mirrored(surface.w_o, surface.normal))
-                if k.max() > 0 and mirrors < self.depth and surface.lets_pass(ray.direction):
+                if tm.component_max(k) > 0 and mirrors < self.depth and surface.lets_pass(ray.direction):
                     mirrors += 1
                     hit = scene.met(surface, ray)
                     is_going = hit.is_hit
@@ -87,7 +87,7 @@ class BlinnPhong(Integrator):
             l, distance, I, pdf = scene.lights.sample_drawn(i, surface.origin, tm.vec2(0.5))
             reflected = material.Kd * ti.max(0.0, tm.dot(n, l)) + material.Ks * self.highlight(surface, l)
             I *= reflected / pdf
-            if I.max() > 0 and tm.dot(surface.geometric_normal, l) > 0:
+            if tm.component_max(I) > 0 and tm.dot(surface.geometric_normal, l) > 0:
                 if not scene.is_blocked(surface, l, distance):
                     L += I
         return L

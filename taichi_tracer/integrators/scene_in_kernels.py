@@ -3,11 +3,11 @@
 from typing import TYPE_CHECKING
 
 import taichi as ti
-import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.effects import Effects
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.boxes import box_interval
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
@@ -124,14 +124,14 @@ class SceneInKernels:
         In a scene without lamps, it is enough to know whether the ray hits anything: nothing else of the hit is found.
         """
         light, hit = tm.vec3(0), no_hit()
-        if factor.max() > 0 and surface.lets_pass(w_i):
+        if tm.component_max(factor) > 0 and surface.lets_pass(w_i):
             ray = surface.ray_along(w_i)
             if ti.static(self.lights.has_lamps):
                 hit = self.met(surface, ray)
                 light = self.lights.arriving(ray, hit)
             else:
                 light = self.lights.from_far.radiance(ray, hit)
-                if light.max() > 0:
+                if tm.component_max(light) > 0:
                     hit.is_hit = self.is_blocked(surface, w_i, tm.inf)
                     if hit.is_hit:
                         light = tm.vec3(0)
@@ -146,7 +146,7 @@ class SceneInKernels:
             w_i, distance, light, pdf = self.lights.sample_drawn(k, surface.origin, xi)
             f_cos = surface.eval(w_i) * ti.max(0.0, tm.dot(surface.normal, w_i))
             light = f_cos * light / pdf
-            if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+            if tm.component_max(light) > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
                 if not self.is_blocked(surface, w_i, distance):
                     total += light
         return total

@@ -3,12 +3,13 @@
 The view of the distance also has a value that can be changed, and is therefore a class.
 """
 
+import itertools
 import math
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import LiveNumbers, View
 from taichi_tracer.system.compile_time import inside_kernel
 from taichi_tracer.system.errors import InputError
@@ -137,7 +138,8 @@ class Distance(View):
 
 def farthest_corner(geometry, eye: np.ndarray) -> float:
     """The distance from the eye to the farthest corner of the scene's box."""
-    return float(np.linalg.norm(np.maximum(abs(geometry.low - eye), abs(geometry.high - eye))))
+    corners = np.array(list(itertools.product(*zip(geometry.low, geometry.high, strict=True))))
+    return float(np.linalg.norm(corners - eye, axis=1).max())
 
 
 def fitting_distance(farthest: float) -> float:

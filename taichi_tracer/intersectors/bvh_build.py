@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.points import box_of
 from taichi_tracer.intersectors.lanes import larger, smaller
 from taichi_tracer.system import runtime

@@ -20,22 +20,14 @@ class LaneComponents:
 
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
 
-    def __init__(self, x, y, z) -> None:
-        self.x, self.y, self.z = (variable(component) for component in (x, y, z))
+    def __init__(self, *components) -> None:
+        self.components = [variable(component) for component in components]
 
     def __sub__(self, other):
-        return LaneComponents(self.x - other.x, self.y - other.y, self.z - other.z)
+        return LaneComponents(*map(operator.sub, self.components, other.components))
 
-    @compile_time
-    def dot(self, other):
-        """What ``tm.dot`` calls."""
-        return self.x * other.x + self.y * other.y + self.z * other.z
-
-    @compile_time
-    def cross(self, other):
-        """What ``tm.cross`` calls."""
-        x, y, z = other.x, other.y, other.z
-        return LaneComponents(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
+    def __mul__(self, other):
+        return LaneComponents(*map(operator.mul, self.components, other.components))
 
 
 @compile_time

@@ -11,8 +11,8 @@ last places of a leaf's last block may be empty.
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.triangles import edge_functions, exact_edge_functions, moller_trumbore, watertight
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors.bvh_build import BLOCK, BLOCK_BITS
@@ -207,9 +207,9 @@ class LeafBlocks:
         """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
         axes = [self.along(aim, block, axis) for axis in range(3)]
         n = stable_normals(*axes)
-        det = variable(-shared(ray.direction).dot(n))
+        det = variable(-tm.dot(shared(ray.direction), n))
         a = corners(*axes, 0)
-        t = variable(-(a - shared(ray.origin)).dot(n) / det)
+        t = variable(-tm.dot(a - shared(ray.origin), n) / det)
         t_near, t_far = (ti.Vector([sign * tm.inf for _ in range(BLOCK)]) for sign in (-1, 1))
         for k in range(3):
             low, high = self.extremes(block, k)
@@ -250,7 +250,7 @@ def stable_normals(x, y, z):
     l0, l1, l2 = (corner_of(squared, k) for k in range(3))
     is_0_longest, is_1_longest = variable((l0 >= l1) & (l0 >= l2)), variable(l1 >= l2)
     p, q = zip(*(two_shortest(is_0_longest, is_1_longest, e) for e in (ex, ey, ez)), strict=True)
-    return components(*p).cross(components(*q))
+    return tm.cross(components(*p), components(*q))
 
 
 @compile_time

@@ -1,8 +1,8 @@
 """The same light everywhere, which nothing blocks (RT-10)."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.system.parts import overridable, register
 from taichi_tracer.system.types import Numbers

@@ -6,8 +6,8 @@ whether something blocks the light.
 """
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system.parts import KnownAttributes, overridable
 
 

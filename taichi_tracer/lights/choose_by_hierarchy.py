@@ -9,8 +9,8 @@ the point that is lit, so that it takes log₂ L steps for L lamps.
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import filled
@@ -90,8 +90,8 @@ class ByHierarchy(LampChoice):
         found = 0.0
         if self.power[node] > 0:
             centre, half = (self.low[node] + self.high[node]) / 2, (self.high[node] - self.low[node]) / 2
-            radius, to_x = half.norm(), x - centre
-            distance = to_x.norm()
+            radius, to_x = tm.length(half), x - centre
+            distance = tm.length(to_x)
             cosine_b = -1.0
             if distance > radius:
                 sine_b = radius / distance

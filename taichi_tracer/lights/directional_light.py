@@ -1,8 +1,8 @@
 """Parallel light, as from a sun that is a point (RT-10)."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.system.memory import varying
 from taichi_tracer.system.parts import overridable, register

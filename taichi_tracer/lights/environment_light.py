@@ -16,9 +16,9 @@ which it reflects: there, where the light's density is 0, the weight of the BRDF
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light

@@ -10,8 +10,8 @@ A triangle that looks large, and a sphere, is sampled uniformly in its solid ang
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.area_lights import (
     cone_of_sphere,
     solid_angle,
@@ -148,14 +148,13 @@ class Lamps(Light):
         omega = self.large_solid_angle(x, lamp)
         if omega > 0:
             place = self.place_in_solid_angle(x, triangle_id, omega, xi)
-        thinness = self.geometry.thinness[triangle_id]
-        y, error = self.geometry.position(place.x, place.y, *self.geometry.triangle(triangle_id), thinness)
+        y, error = self.geometry.position(triangle_id, place.x, place.y)
         n = self.geometry.unit_normals[triangle_id]
         is_front = tm.dot(x - y, n) > 0
         facing = ti.select(is_front, n, -n)
-        to_x = abs(x - y).max() * ti.static(8 * runtime.epsilon())
+        to_x = tm.component_max(abs(x - y)) * ti.static(8 * runtime.epsilon())
         end = offset_origin(y, error + to_x, facing)
-        distance = (end - x).norm()
+        distance = tm.length(end - x)
         w_i = (end - x) / ti.max(distance, ti.static(runtime.smallest()))
         cosine = -tm.dot(w_i, facing)
         light, pdf = tm.vec3(0), 1.0
@@ -172,7 +171,7 @@ class Lamps(Light):
         omega = 0.0
         if ti.static(self.has_near):
             ball = self.balls[lamp]
-            if (x - ball.xyz).norm_sqr() < NEAR * NEAR * ball.w * ball.w:
+            if tm.length(x - ball.xyz) < NEAR * ball.w:
                 v0, v1, v2 = self.geometry.triangle(self.primitives[lamp])
                 omega = solid_angle(v0 - x, v1 - x, v2 - x)
         return omega
@@ -191,7 +190,7 @@ class Lamps(Light):
         """(w_i, distance, radiance, pdf) of a direction uniform in the cone in which x sees a sphere."""
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         to_centre = centre - x
-        far = to_centre.norm()
+        far = tm.length(to_centre)
         w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
         if far > radius:
             drop = cone_of_sphere(far, radius)
@@ -219,7 +218,7 @@ class Lamps(Light):
                 if ti.static(self.geometry.effects.spheres):
                     if primitive < 0:
                         sphere = self.geometry.spheres[-1 - primitive]
-                        far = (sphere.xyz - x).norm()
+                        far = tm.length(sphere.xyz - x)
                         omega = ti.select(far > sphere.w, 2 * tm.pi * cone_of_sphere(far, sphere.w), tm.inf)
                 if omega > 0:
                     pdf = 1 / omega

@@ -2,8 +2,8 @@
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.area_lights import uniform_triangle
 from taichi_tracer.formulas.random_numbers import given_or_drawn
 from taichi_tracer.formulas.spheres import widened
@@ -94,7 +94,7 @@ class MeshLightSampler(LampChoice):
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         place = uniform_triangle(given_or_drawn(xi))
         y = v0 + place.x * (v1 - v0) + place.y * (v2 - v0)
-        return (y - hit_point).normalized(), triangle_id
+        return tm.normalize(y - hit_point), triangle_id
 
     @ti.func
     def choose(self, x, n, xi):

@@ -1,8 +1,8 @@
 """A point that shines equally in all directions (RT-10)."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.system.parts import overridable, register
 from taichi_tracer.system.types import Numbers
@@ -45,7 +45,7 @@ class PointLight(GivenLight):
 @ti.func
 def towards(x, y):
     """(ω, r): the unit direction from x to y, and the distance. If both are the same point, ω is the y axis."""
-    r = (y - x).norm()
+    r = tm.length(y - x)
     return ti.select(r > 0, (y - x) / r, tm.vec3(0, 1, 0)), r
 
 

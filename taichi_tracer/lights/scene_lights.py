@@ -8,8 +8,8 @@ others, because no random direction finds them.
 """
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.ray import Ray, no_hit

@@ -2,8 +2,8 @@
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.lights.point_light import fall, towards
 from taichi_tracer.system.errors import InputError

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.ray import RayHits, no_hit
 from taichi_tracer.system.errors import InputError, one_of
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.roundings import rounded
 from taichi_tracer.picture.error_estimate import (
     RelativeError,
@@ -82,7 +82,7 @@ class Film:
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
         self.kind = {"replicated": replicated, "averages": averages, "doubles": doubles}
-        self.compensates = not runtime.can("f64") or runtime.dtype() is np.float64
+        self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
         self.samples = 0
         self.rare = rare_light.of_kinds([])
         self.memory = memory.Memory()
@@ -165,7 +165,7 @@ class Film:
             self.add_to_half(x, y, half, value)
             self.half_count[x, y, half] = self.half_count[x, y, half] + 1
             if ti.static(self.halves == 2):
-                self.largest[x, y] = ti.max(self.largest[x, y], (value * ti.static(1 / 3)).sum())
+                self.largest[x, y] = ti.max(self.largest[x, y], tm.component_sum(value * ti.static(1 / 3)))
         else:
             self.locate(x, y, sample)
 
@@ -412,7 +412,7 @@ def two_sum(a, b):
 @ti.func
 def is_finite(value):
     """Whether all three components are finite."""
-    return abs(value).sum() < tm.inf
+    return tm.component_sum(abs(value)) < tm.inf
 
 
 def crop_pixels(window: Sequence[float], width: int, height: int) -> tuple[int, int, int, int]:

@@ -3,9 +3,9 @@
 from typing import Any, NamedTuple
 
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, through_pixel
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.ray import no_hit
 
 

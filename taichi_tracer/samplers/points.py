@@ -1,8 +1,8 @@
 """What the package's sequences have in common: a method ``point`` gives both numbers of a pair."""
 
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.sampler import Sampler
 
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
 from taichi_tracer.environment import Environment
 from taichi_tracer.files.page import png_of
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.system import runtime

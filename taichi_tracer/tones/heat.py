@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.tones.base import Tone
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import ray_from
 from taichi_tracer.system import runtime
@@ -137,7 +137,7 @@ def _follow(
                 mirrors += 1
                 ray = surface.ray_along(w_i)
                 hit = scene.met(surface, ray)
-                is_going = hit.is_hit and T.max() > 0
+                is_going = hit.is_hit and tm.component_max(T) > 0
             elif mirrors > 0 and not is_mirror:
                 to_eye = tm.normalize(tm.vec3(eye[0], eye[1], eye[2]) - eye[3] * hit.position)
                 f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)

@@ -25,8 +25,8 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.direct_light import light_along, sample_of_lights
 from taichi_tracer.system.parts import unfinished
 from taichi_tracer.unseen.mirror_chains import has_narrow_lobes

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 from PIL import Image
 
 from taichi_tracer.camera_controller import KEYS
 from taichi_tracer.files.images import to_bytes
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.tones.display import Display

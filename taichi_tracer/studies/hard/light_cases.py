@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.microfacet import LAYERED
@@ -21,6 +20,7 @@ from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.contracts.brdfs import Bench
 from taichi_tracer.contracts.lab import separate, sphere
 from taichi_tracer.contracts.statistics import LAST
+from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.lights.point_light import PointLight
