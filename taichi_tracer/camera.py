@@ -261,8 +261,7 @@ class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
         return values if "fov" in values else values | {"screen_window": values.get("screen_window", DEFAULT_WINDOW)}
 
     def __repr__(self) -> str:
-        values = self.parameters()
-        del values["projection"]
+        values = {name: value for name, value in self.parameters().items() if name != "projection"}
         words = words_of(values, usual=DEFAULTS)
         return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 

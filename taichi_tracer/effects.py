@@ -87,25 +87,11 @@ def derive(scene, blockers: str = "all", microfacets: bool = False) -> Effects:
     """
     if scene.effects_mode not in MODES:
         raise one_of("effects", scene.effects_mode, MODES)
-    found = _found(scene, blockers, microfacets)
-    reasons = _reasons(scene, found, microfacets)
-    if scene.effects_mode == "all":
-        has_environment = scene.environment is not None
-        brdfs = tuple(range(len(scene.material_library.brdfs)))
-        found |= {"brdfs": brdfs, "environment": "image" if has_environment else "none", "blockers": "all"}
-        found |= dict.fromkeys(("emitters", "interpolated_normals", "spheres", "scatters"), True)
-        reasons = [_with_all(*reason, has_environment) for reason in reasons]
-    return Effects(**found, reasons=tuple(reasons))
-
-
-def _found(scene, blockers: str, microfacets: bool) -> dict[str, Any]:
-    """The attributes of ``Effects`` that the scene calls for, without the reasons."""
     mesh, library = scene.mesh, scene.material_library
-    used = [int(i) for i in mesh.used_materials()]
-    brdfs = {library.brdf_of[microfacets][i] for i in used}
-    emits = any(max(mesh.materials[i].Ke) > 0 for i in used)
-    return {
-        "brdfs": tuple(sorted(brdfs)),
+    brdf_of = {i: library.brdf_of[microfacets][i] for i in mesh.used_materials().tolist()}
+    emits = any(max(mesh.materials[i].Ke) > 0 for i in brdf_of)
+    found: dict[str, Any] = {
+        "brdfs": tuple(sorted(set(brdf_of.values()))),
         "environment": _kind_of(scene.environment),
         "lights": tuple(light.name for light in scene.lights),
         "emitters": emits,
@@ -118,18 +104,36 @@ def _found(scene, blockers: str, microfacets: bool) -> dict[str, Any]:
         "textures": mesh.has_pictures or mesh.corner_color is not None,
         "background": scene.background is not None,
         "blockers": blockers,
-        "scatters": any(not library.brdfs[i].is_delta for i in brdfs),
+        "scatters": any(not library.brdfs[i].is_delta for i in brdf_of.values()),
     }
+    reasons = _reasons(scene, found, brdf_of)
+    if scene.effects_mode == "all":
+        has_environment = scene.environment is not None
+        brdfs = tuple(range(len(scene.material_library.brdfs)))
+        found |= {"brdfs": brdfs, "environment": "image" if has_environment else "none", "blockers": "all"}
+        found |= dict.fromkeys(("emitters", "interpolated_normals", "spheres", "scatters"), True)
+        of_scene = ["background", "backface cull", "textures", "instances"]
+        of_scene += [] if has_environment else ["environment", "look-up"]
+        reasons = [
+            (name, is_on, why)
+            if name in of_scene or name.startswith("light ")
+            else (name, True, "everything is compiled")
+            for name, is_on, why in reasons
+        ]
+    return Effects(**found, reasons=tuple(reasons))
 
 
-def _reasons(scene, found: dict[str, Any], microfacets: bool) -> list[tuple[str, bool, str]]:
-    """The lines of the receipt; ``found`` has the attributes of ``Effects``."""
-    mesh, library = scene.mesh, scene.material_library
-    used = [int(i) for i in mesh.used_materials()]
-    has, materials = [library.brdf_of[microfacets][i] for i in used], [mesh.materials[i] for i in used]
+def _reasons(scene, found: dict[str, Any], brdf_of: dict[int, int]) -> list[tuple[str, bool, str]]:
+    """The lines of the receipt.
+
+    Args:
+        found: the attributes of ``Effects``. brdf_of: the BRDF of each material that a primitive has.
+    """
+    mesh, has = scene.mesh, list(brdf_of.values())
+    materials = [mesh.materials[i] for i in brdf_of]
     normals, spheres, culls = found["interpolated_normals"], found["spheres"], found["culling"]
     return [
-        *(_about_brdf(brdf, has.count(i), materials) for i, brdf in enumerate(library.brdfs)),
+        *(_about_brdf(brdf, has.count(i), materials) for i, brdf in enumerate(scene.material_library.brdfs)),
         *_about_light(found["environment"], scene.environment, scene.lights),
         *_about_paths(found, len(scene.lights), int(mesh.emits().sum()) if found["emitters"] else 0),
         ("vertex normals", normals, "a triangle has them" if normals else "no triangle has them"),
@@ -143,15 +147,6 @@ def _reasons(scene, found: dict[str, Any], microfacets: bool) -> list[tuple[str,
         *([_about_instances(mesh.placed)] if found["instances"] else []),
         ("background", found["background"], scene.background.what if found["background"] else "the scene has none"),
     ]
-
-
-def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
-    """A line of the receipt in the mode "all"."""
-    depends_on_scene = name in ("background", "backface cull", "textures", "instances") or name.startswith("light ")
-    needs_environment = name in ("environment", "look-up")
-    if depends_on_scene or (needs_environment and not has_environment):
-        return name, is_on, why
-    return name, True, "everything is compiled"
 
 
 def _kind_of(environment) -> str:

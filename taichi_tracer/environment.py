@@ -228,8 +228,7 @@ def checked(image, name: str, what: str = "an environment", value: str = "radian
 
 def check_intensity(intensity: float) -> None:
     """Raise an InputError unless all radiance can be multiplied by this number."""
-    is_number = isinstance(intensity, int | float | np.number)
-    if not (is_number and 0 <= float(intensity) < math.inf):
+    if not isinstance(intensity, int | float | np.number) or not 0 <= float(intensity) < math.inf:
         raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
 
 

@@ -132,27 +132,23 @@ def check(mesh: Mesh) -> None:
     ):
         if array.ndim != 2 or array.shape[1] != width:
             raise InputError(f"{mesh.source}: {name} must have the shape (n, {width}), not {array.shape}")
-    for name, ids, of in (("vertex", mesh.faces, mesh.vertices), ("normal", mesh.face_normals, mesh.normals)):
-        lowest = 0 if name == "vertex" else -1
-        wrong = np.argwhere((ids < lowest) | (ids >= len(of)))
-        if len(wrong) > 0:
-            triangle, corner = wrong[0]
-            raise InputError(
-                f"{mesh.source}: triangle {triangle} has {name} index {ids[triangle, corner]}, which is out of range "
-                f"(there are {len(of)}, counted from 0)"
-            )
+    of_faces, materials, primitives = np.asarray(mesh.face_materials), len(mesh.materials), mesh.num_primitives
     for name, ids, count in (
-        ("face_materials", np.asarray(mesh.face_materials), len(mesh.faces)),
+        ("face_materials", of_faces, len(mesh.faces)),
         ("sphere_materials", mesh.sphere_materials, len(mesh.spheres)),
         ("sphere_ids", mesh.sphere_ids, len(mesh.spheres)),
     ):
         if np.shape(ids) != (count,):
             raise InputError(f"{mesh.source}: {name} must have the shape ({count},), not {np.shape(ids)}")
-        most = mesh.num_primitives if name == "sphere_ids" else len(mesh.materials)
-        out_of_range = np.flatnonzero((ids < 0) | (ids >= most))
-        if len(out_of_range) > 0:
-            i = out_of_range[0]
-            raise InputError(f"{mesh.source}: {name}[{i}] is {ids[i]}, which is out of range (0 to {most - 1})")
+    for name, ids, lowest, count in (
+        *(("faces", mesh.faces, 0, len(mesh.vertices)), ("face_normals", mesh.face_normals, -1, len(mesh.normals))),
+        *(("face_materials", of_faces, 0, materials), ("sphere_materials", mesh.sphere_materials, 0, materials)),
+        ("sphere_ids", mesh.sphere_ids, 0, primitives),
+    ):
+        wrong = np.argwhere((ids < lowest) | (ids >= count))
+        if len(wrong) > 0:
+            at, value = wrong[0].tolist(), ids[tuple(wrong[0])]
+            raise InputError(f"{mesh.source}: {name}{at} is {value}, which is out of range ({lowest} to {count - 1})")
     if (np.diff(mesh.sphere_ids) <= 0).any():
         raise InputError(f"{mesh.source}: sphere_ids must ascend, and no number may occur twice")
 
@@ -342,7 +338,7 @@ class Geometry:
         return self.vertices[ids.x], self.vertices[ids.y], self.vertices[ids.z]
 
     @ti.func
-    def position(self, triangle_id, u, v):
+    def position(self, u, v, v0, v1, v2, thinness):
         """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error for each component, for ``offset_origin``.
 
         A point that is computed from barycentric coordinates lies on the triangle, except for rounding, at any distance
@@ -350,12 +346,6 @@ class Geometry:
         triangle test. That test rounds v0 as seen from this point, and the normal; the thinner the triangle is, the
         larger is the error of the normal.
         """
-        v0, v1, v2 = self.triangle(triangle_id)
-        return self.position_between(u, v, v0, v1, v2, self.thinness[triangle_id])
-
-    @ti.func
-    def position_between(self, u, v, v0, v1, v2, thinness):
-        """``position`` with the vertices and the thinness of any triangle."""
         w = 1 - u - v
         p = w * v0 + u * v1 + v * v2
         size = abs(w * v0) + abs(u * v1) + abs(v * v2) + tm.length(v0 - p) * thinness

@@ -34,7 +34,6 @@ FEW_COPIES = 2_000_000
 MOST_COPIES = 20_000_000  # copies must not fill the memory
 MOST_PLACES = 10_000_000
 MOST_IDS = 2**31 - 1
-MOST_LEVELS = 64  # of groups in groups
 # |M| |M⁻¹| of a transform that squeezes more is near that of a plane: its inverse in f32 would be noise.
 MOST_SQUEEZED = 1e5
 MOST_SCALED = 1e15  # the largest number of a transform or of its inverse: products of f32 stay finite
@@ -217,8 +216,6 @@ def _places(
         way = " → ".join(part.source for part in (*path, one.mesh))
         if any(part is one.mesh for part in path):
             raise InputError(f"a group contains itself: {way}")
-        if len(path) >= MOST_LEVELS:
-            raise InputError(f"groups are nested more than {MOST_LEVELS} deep: {way}")
         if id(one.mesh) not in known:
             known[id(one.mesh)] = _places(one.mesh, (*path, one.mesh), objects, known)
         inner, within = known[id(one.mesh)]
@@ -249,9 +246,8 @@ def _with_copies(
         number = len(copies) + np.searchsorted(kept, object_of)
         number[~shared], matrices[~shared] = np.arange(len(copies)), np.eye(4)
         whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), matrices[:, :3])
-        if whole.placed.starts[-1] > MOST_IDS:
-            count = f"{whole.placed.starts[-1]:,} primitives in all places"
-            raise InputError(f"{source}: {count}, and ids end at {MOST_IDS:,}")
+        if (count := whole.placed.starts[-1]) > MOST_IDS:
+            raise InputError(f"{source}: {count:,} primitives in all places, and ids end at {MOST_IDS:,}")
     return whole
 
 
@@ -311,8 +307,7 @@ def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
     middle += up * (float((points @ up).min()) - GAP * size - float(middle @ up))
     corners = [middle + GROUND_SIZE * size * (x * side + z * front) for x, z in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
     ground = Mesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]], np.int32), materials=[GROUND])
-    usual = Material().name
-    grey = [replace(one, Kd=GROUND.Kd) if one.name == usual else one for one in mesh.materials]
+    grey = [replace(one, Kd=GROUND.Kd) if one.name == Material.name else one for one in mesh.materials]
     parts, materials = with_common_materials([replace(mesh, materials=grey), ground])
     whole = joined(parts, materials, mesh.source)
     return replace(whole, instances=mesh.instances, lights=mesh.lights, notes=mesh.notes, dropped=mesh.dropped)

@@ -101,7 +101,7 @@ class Material(metaclass=WithParameters):
         vars(self)["extra"] = {key.lower(): tuple(np.ravel(value).tolist()) for key, value in self.extra.items()}
         vars(self)["name"] = printable(str(self.name), keeps="")
         for name in COLORS:
-            if not is_color(getattr(self, name)):
+            if np.shape(getattr(self, name)) != (3,):
                 raise InputError(f"Material: {name} must be three numbers, not {getattr(self, name)!r}")
 
     @property
@@ -155,11 +155,6 @@ class Material(metaclass=WithParameters):
 FIELDS = {*Material.__dataclass_fields__}  # what ``Material`` takes without any BRDF of its own
 # The members of a material that all kernels know: not the name, textures, and the keys that only some BRDFs read.
 BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", *TEXTURES, "extra")}
-
-
-def is_color(value: Any) -> bool:
-    """Whether a value is three numbers."""
-    return hasattr(value, "__len__") and len(value) == 3 and all(isinstance(c, (int, float, np.number)) for c in value)
 
 
 class Materials(list):

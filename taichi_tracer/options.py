@@ -8,7 +8,7 @@ from __future__ import annotations  # the types of options are shown as they are
 
 import copy
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast
@@ -30,7 +30,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MicrofacetBRDF, Sampler, UniformSampler
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import InputError, check_names
 from taichi_tracer.system.parts import PARTS, replaced
 
 if TYPE_CHECKING:
@@ -38,12 +38,10 @@ if TYPE_CHECKING:
 
 IntersectorChoice = str | type[RayIntersector] | RayIntersector
 BrdfChoice = str | Brdf | type[Brdf]
-LightChoice = str | Light | type[Light]
 LampChoices = str | LampChoice | type[LampChoice]
 EnvironmentChoice = ArrayLike | Path | Environment | None
 BackgroundChoice = ArrayLike | Path | Background | None
 CameraChoice = ProjectiveCamera | type[ProjectiveCamera] | str | None
-SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
 
 Options = TypeVar("Options", bound=Mapping[str, Any])
 Function = TypeVar("Function", bound=Callable)
@@ -86,7 +84,7 @@ class SceneOptions(TypedDict, total=False):
     effects: str
     background: BackgroundChoice
     brdfs: Sequence[BrdfChoice]
-    lights: Sequence[LightChoice]
+    lights: Sequence[str | Light | type[Light]]
     smooth: bool | float
     up_axis: str
     lamp_choice: LampChoices | None
@@ -133,7 +131,7 @@ class RendererOptions(TypedDict, total=False):
 
     camera: CameraChoice
     jitter: bool | None
-    sampler: SamplerChoice | None
+    sampler: str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler] | None
     seed: int
     first_sample: int
     crop: tuple[int, int, int, int] | None
@@ -153,24 +151,13 @@ RENDERER_DEFAULTS: RendererOptions = {
 }
 
 
-def check_options(caller: str, given: Iterable[str], known: Iterable[str]) -> None:
-    """Raise the error for a name that is no option, as Python does for a wrong argument, but with the nearest name.
-
-    Raises:
-        TypeError: "unknown option of load_scene_data 'enviroment': did you mean 'environment'? known are …".
-    """
-    for name in given:
-        if name not in known:
-            raise TypeError(str(one_of(f"option of {caller}", name, known)))
-
-
 def all_options(caller: str, given: Options, defaults: Options) -> Options:
     """The given options, and the defaults of the others.
 
     Raises:
         TypeError: one of the names is no option.
     """
-    check_options(caller, given, defaults)
+    check_names(f"option of {caller}", given, defaults)
     return cast(Options, {**defaults, **given})
 
 

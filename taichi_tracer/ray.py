@@ -125,11 +125,9 @@ class RayHits:
         """Arrays without values for n rays, whose flags are int32; and all their numbers, real and whole, in a row."""
         reals, whole = np.empty(n * sum(REALS.values()), dtype), np.empty(n * len(WHOLE), np.int32)
         arrays = dict(zip(WHOLE, whole.reshape(len(WHOLE), n), strict=True))
-        at = 0
-        for name, width in REALS.items():
-            part = reals[n * at : n * (at + width)]
+        parts = np.split(reals, n * np.cumsum([*REALS.values()])[:-1])
+        for (name, width), part in zip(REALS.items(), parts, strict=True):
             arrays[name] = part if width == 1 else part.reshape(n, width)
-            at += width
         return cls(**arrays), reals, whole
 
     def reshaped(self, shape: tuple[int, ...]) -> "RayHits":

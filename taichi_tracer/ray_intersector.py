@@ -246,7 +246,7 @@ class RayIntersector:
         """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
-        position, position_error = self.geometry.position_between(u, v, *corners, self.geometry.thinness[triangle_id])
+        position, position_error = self.geometry.position(u, v, *corners, self.geometry.thinness[triangle_id])
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)
         return HitData(

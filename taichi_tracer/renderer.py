@@ -1,9 +1,9 @@
 """The renderers of the assignments: what each offers, with the methods that the handouts name."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import taichi as ti
 
@@ -23,6 +23,19 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it got
+
+
+Renderer = TypeVar("Renderer", bound=ProgressiveRenderer)
+
+
+def chooses(integrator: str) -> Callable[[Renderer], Renderer]:
+    """A method of the handouts that lets a renderer use an integrator, and returns the renderer."""
+
+    def choose(renderer: Renderer) -> Renderer:
+        return renderer.use(integrator)
+
+    choose.__doc__ = f"The same as use({integrator!r}). Returns the renderer."
+    return choose
 
 
 class Mode:
@@ -122,7 +135,7 @@ class A1Renderer(ProgressiveRenderer):
         """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
         view: Any = self._own(PARTS.find("integrator", "distance"))
         if not inside_kernel():
-            view.fit(self.scene_data, self.camera)
+            view.prepare(self.scene_data, self.camera)
         return view.max_distance
 
     @max_distance.setter
@@ -165,37 +178,12 @@ class A1Renderer(ProgressiveRenderer):
         """A colour per material."""
         return self._view("material_id", hit_data)
 
-    def set_shade_hit(self) -> "Self":
-        """Show the view "Hit"; the same as use("hit")."""
-        return self.use("hit")
-
-    def set_shade_triangle_id(self) -> "Self":
-        """Show the view "Triangle ID"."""
-        return self.use("triangle_id")
-
-    set_shade_triangle_ID = set_shade_triangle_id  # the handout's spelling
-
-    def set_shade_distance(self) -> "Self":
-        """Show the view "Distance"."""
-        return self.use("distance")
-
-    def set_shade_barycentric(self) -> "Self":
-        """Show the view "Barycentric"."""
-        return self.use("barycentric")
-
-    set_shade_barycentrics = set_shade_barycentric
-
-    def set_shade_normal(self) -> "Self":
-        """Show the view "Normal"."""
-        return self.use("normal")
-
-    set_shade_normals = set_shade_normal
-
-    def set_shade_material_id(self) -> "Self":
-        """Show the view "Material ID"."""
-        return self.use("material_id")
-
-    set_shade_material_ID = set_shade_material_id  # the handout's spelling
+    set_shade_hit = chooses("hit")
+    set_shade_triangle_id = set_shade_triangle_ID = chooses("triangle_id")  # both are spellings of the handout
+    set_shade_distance = chooses("distance")
+    set_shade_barycentric = set_shade_barycentrics = chooses("barycentric")
+    set_shade_normal = set_shade_normals = chooses("normal")
+    set_shade_material_id = set_shade_material_ID = chooses("material_id")
 
 
 @register
@@ -212,41 +200,13 @@ class A2Renderer(ProgressiveRenderer):
     SamplingMode: type[IntEnum] = SampleMode
     sample_mode = Mode("SampleMode")
 
-    def set_sample_uniform(self) -> "Self":
-        """Sample directions uniform on the sphere."""
-        return self.use("uniform")
-
-    set_sample_uniform_sphere = set_sample_uniform
-
-    def set_sample_hemisphere(self) -> "Self":
-        """Sample directions uniform on the hemisphere around the normal."""
-        return self.use("hemisphere")
-
-    set_sample_uniform_hemisphere = set_sample_hemisphere
-
-    def set_sample_brdf(self) -> "Self":
-        """Sample directions from the density of the BRDF."""
-        return self.use("brdf")
-
-    def set_sample_microfacet(self) -> "Self":
-        """The same, but ``alpha_x``, ``alpha_y`` and ``F0`` decide, and not Ns, where a material has both (A2-12)."""
-        return self.use("microfacet")
-
-    def set_sample_environment(self) -> "Self":
-        """Sample directions in proportion to the light of the environment."""
-        return self.use("environment")
-
-    set_sample_light = set_sample_environment
-
-    def set_sample_mis(self) -> "Self":
-        """Use multiple importance sampling with the power heuristic."""
-        return self.use("mis")
-
-    set_sample_mis_power = set_sample_mis
-
-    def set_sample_mis_balance(self) -> "Self":
-        """Use multiple importance sampling with the balance heuristic."""
-        return self.use("mis_balance")
+    set_sample_uniform = set_sample_uniform_sphere = chooses("uniform")
+    set_sample_hemisphere = chooses("hemisphere")
+    set_sample_brdf = chooses("brdf")
+    set_sample_microfacet = chooses("microfacet")  # as brdf, where the roughness decides, and not Ns (A2-12)
+    set_sample_environment = set_sample_light = chooses("environment")
+    set_sample_mis = set_sample_mis_power = chooses("mis")
+    set_sample_mis_balance = chooses("mis_balance")
 
 
 @register
@@ -280,9 +240,7 @@ class A3Renderer(A2Renderer):
         """This renderer's copy of the integrator."""
         return self._own(PARTS.find("integrator", "mis_one_sample"))
 
-    def set_sample_mis_one_sample(self) -> "Self":
-        """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
-        return self.use("mis_one_sample")
+    set_sample_mis_one_sample = chooses("mis_one_sample")  # one sample, drawn by lot (A3-4)
 
 
 @register
@@ -373,17 +331,9 @@ class A4Renderer(ProgressiveRenderer):
             self.begin_anew()
         return found
 
-    def set_shading_implicit(self) -> "Self":
-        """Let paths find lights by chance: ``implicit`` (A4-1)."""
-        return self.use("implicit")
-
-    def set_shading_explicit(self) -> "Self":
-        """Take a sample of the lights at every surface: ``explicit`` (A4-1)."""
-        return self.use("explicit")
-
-    def set_shading_mis(self) -> "Self":
-        """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
-        return self.use("path")
+    set_shading_implicit = chooses("implicit")  # paths find lights by chance (A4-1)
+    set_shading_explicit = chooses("explicit")  # every surface takes a sample of the lights (A4-1)
+    set_shading_mis = chooses("path")  # both, weighted by the power heuristic (A3-4, A4-1)
 
 
 def __getattr__(name: str) -> Any:

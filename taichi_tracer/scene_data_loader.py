@@ -23,9 +23,9 @@ from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.instances import view_of_mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.meshes.parts import surface_of
-from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
+from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, with_options
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system.errors import InputError, MissingFileError, one_of
+from taichi_tracer.system.errors import InputError, MissingFileError, check_names, one_of
 from taichi_tracer.system.importing import import_quickly
 
 if TYPE_CHECKING:
@@ -140,11 +140,12 @@ def find_course_file(name: SceneName | EnvironmentName, extensions: Sequence[str
     named = [Path(one) for one in os.environ.get(FOLDERS, "").split(os.pathsep) if one]
     folders = [*named, Path("scene_data_dir")]
     files = [f"{name.value}{extension}" for extension in extensions]
-    for folder in folders:
-        for file in files:
-            found = next((path for path in (folder / file, *sorted(folder.glob(f"*/{file}"))) if path.is_file()), None)
-            if found is not None:
-                return str(found)
+    places = [
+        path for folder in folders for file in files for path in (folder / file, *sorted(folder.glob(f"*/{file}")))
+    ]
+    found = [str(path) for path in places if path.is_file()]
+    if found:
+        return found[0]
     if name in STAND_INS or name.value in shipped_scenes():
         return STAND_INS.get(name, name.value)
     kind = f"{type(name).__name__}.{name.name}"
@@ -174,7 +175,7 @@ def load_scene_data(
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
-    check_options("load_scene_data", options, SCENE_DEFAULTS)
+    check_names("option of load_scene_data", options, SCENE_DEFAULTS)
     name_or_path = scene_name if name_or_path is None else name_or_path
     if environment_name is None and isinstance(name_or_path, SceneName) and "environment" not in options:
         environment_name = EnvironmentName.BLACK
@@ -246,7 +247,11 @@ def scene_from_mesh(
     Raises:
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
     """
-    check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials", "uv"])
+    check_names(
+        "option of scene_from_mesh",
+        options,
+        [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials", "uv"],
+    )
     if isinstance(vertices, Mesh):
         mesh = vertices
     else:

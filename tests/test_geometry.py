@@ -39,11 +39,14 @@ def test_unhittable_triangles_are_dropped_counted_and_told(vertices, face, cause
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"faces": np.array([[0, 1, 2], [0, 1, 4]])}, "triangle 1 has vertex index 4, which is out of range"),
-        ({"faces": np.array([[0, -1, 2]])}, "triangle 0 has vertex index -1"),
+        ({"faces": np.array([[0, 1, 2], [0, 1, 4]])}, "faces[1, 2] is 4, which is out of range (0 to 3)"),
+        ({"faces": np.array([[0, 1, 2], [0, -1, 2]])}, "faces[1, 1] is -1"),
         ({"faces": np.zeros((1, 4), int)}, "faces must have the shape (n, 3), not (1, 4)"),
         ({"vertices": np.zeros((4, 2))}, "vertices must have the shape (n, 3), not (4, 2)"),
-        ({"normals": np.ones((1, 3)), "face_normals": np.full((2, 3), 1)}, "triangle 0 has normal index 1"),
+        (
+            {"normals": np.ones((1, 3)), "face_normals": np.full((2, 3), 1)},
+            "face_normals[0, 0] is 1, which is out of range (-1 to 0)",
+        ),
         ({"face_materials": np.array([0, 3])}, "face_materials[1] is 3, which is out of range (0 to 0)"),
         ({"face_materials": np.array([0])}, "face_materials must have the shape (2,), not (1,)"),
         ({"spheres": np.zeros((1, 3))}, "spheres must have the shape (n, 4), not (1, 3)"),

@@ -36,7 +36,7 @@ class Log:
         self.entries: list[Entry] = []
         self._limits: dict[str, int] = {}
         self._memory = memory.Memory()
-        self.number_type = ti.f64 if runtime.has_f64() else ti.f32
+        self.number_type = ti.f64 if runtime.can("f64") else ti.f32
         self.numbers = ti.field(self.number_type)
         # place: where the values of the entry that is being noted begin; −1 if they are not kept.
         self.used, self.is_on, self.is_full, self.place = (ti.field(ti.i32) for _ in range(4))

@@ -181,7 +181,9 @@ class View(Integrator):
     @compile_time
     def color(self, hit):
         """The RGB colour of a hit."""
-        return self.function(hit)  # ``required`` says that it is there
+        if self.function is None:
+            raise NotImplementedError(f"{type(self).__name__} must say what color(self, hit) is")
+        return self.function(hit)
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):

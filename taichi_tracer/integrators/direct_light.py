@@ -22,7 +22,7 @@ from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.sampler import UniformSampler
-from taichi_tracer.system.parts import call_with_known_args, overridable, register, replaced
+from taichi_tracer.system.parts import call_with_known_args, overridable, register
 
 # ── light at a surface: the two steps of every estimator ──
 
@@ -130,10 +130,7 @@ class UniformSphere(DirectLight):
     def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(4π)."""
         w_i = call_with_known_args(self.directions.sample_direction, xi=xi)
-        f_cos_over_pdf = surface.eval_cosine(w_i) * (4 * tm.pi)
-        if ti.static(len(replaced(self.directions)) > 0):
-            f_cos_over_pdf = surface.eval_cosine(w_i) / call_with_known_args(self.directions.evaluate_probability)
-        return w_i, f_cos_over_pdf
+        return w_i, surface.eval_cosine(w_i) / call_with_known_args(self.directions.evaluate_probability)
 
 
 @register

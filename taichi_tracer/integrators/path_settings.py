@@ -127,9 +127,10 @@ def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bo
     for name, number in (("max_bounces", max_bounces), ("rr_start_bounce", rr_start_bounce)):
         if not isinstance(number, int) or not 0 <= number <= MOST_BOUNCES:
             raise InputError(f"{name} must be a whole number from 0 to {MOST_BOUNCES}, not {number!r}")
-    q = rr_termination_probability
-    if not isinstance(q, int | float) or not 0 <= q < 1:
-        raise InputError(f"rr_termination_probability must be at least 0 and less than 1, not {q!r}")
+    if not isinstance(rr_termination_probability, int | float) or not 0 <= rr_termination_probability < 1:
+        raise InputError(
+            f"rr_termination_probability must be at least 0 and less than 1, not {rr_termination_probability!r}"
+        )
     if roulette not in ROULETTES:
         raise InputError(f"unknown roulette {roulette!r}: use one of {', '.join(ROULETTES)}")
     if bounces is not None:
@@ -138,10 +139,9 @@ def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bo
 
 def check_bounces(bounces) -> None:
     """Raise an InputError if this is not (first, last) or (first, None)."""
-    is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2
-    ends: Any = tuple(bounces) if is_pair else (None, None)
-    ends = (ends[0], MOST_BOUNCES if ends[1] is None else ends[1])
-    if not all(isinstance(end, int) for end in ends) or not 0 <= ends[0] <= ends[1] <= MOST_BOUNCES:
+    first, last = bounces if isinstance(bounces, tuple | list) and len(bounces) == 2 else (None, None)
+    end = MOST_BOUNCES if last is None else last
+    if not isinstance(first, int) or not isinstance(end, int) or not 0 <= first <= end <= MOST_BOUNCES:
         text = f"(first, last) with 0 <= first <= last <= {MOST_BOUNCES}, (first, None), or None"
         raise InputError(f"bounces must be {text}, not {bounces!r}")
 

@@ -109,17 +109,16 @@ class DepthMap(RT3Integrator):
     ) -> None:
         if zmin is not None and zmax is not None and not zmin < zmax:
             raise InputError(f"depth_map: zmin must be less than zmax, not {zmin:g} and {zmax:g}")
-        self.colors, self.zmin, self.zmax = (tuple(near_color), tuple(far_color)), zmin, zmax
+        self.near_color, self.far_color, self.zmin, self.zmax = tuple(near_color), tuple(far_color), zmin, zmax
         self.numbers = LiveNumbers()
 
     def arguments(self) -> dict[str, Any]:
         """What makes the same again."""
-        near, far = self.colors
-        return {"near_color": near, "far_color": far, "zmin": self.zmin, "zmax": self.zmax}
+        return {"near_color": self.near_color, "far_color": self.far_color, "zmin": self.zmin, "zmax": self.zmax}
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
-        return {"depth map": [np.array(self.colors, np.float32).tolist(), self.zmin, self.zmax]}
+        return {"depth map": [np.array([self.near_color, self.far_color], np.float32).tolist(), self.zmin, self.zmax]}
 
     def prepare(self, scene_data, camera) -> None:
         """Give colours, gaze and range to kernels; it is called whenever a picture begins."""
@@ -128,7 +127,7 @@ class DepthMap(RT3Integrator):
         zmax = high if self.zmax is None else self.zmax
         least = math.nextafter(np.float32(zmin) * (1 + self.LEAST_RANGE), math.inf)
         gaze = camera.camera_to_world.to_numpy()[:3, 2]
-        self.numbers.set(*self.colors[0], *self.colors[1], *gaze.tolist(), zmin, max(zmax, least))
+        self.numbers.set(*self.near_color, *self.far_color, *gaze.tolist(), zmin, max(zmax, least))
 
     @ti.func
     def color(self, scene, ray, hit):

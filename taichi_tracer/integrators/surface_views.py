@@ -3,7 +3,6 @@
 The view of the distance also has a value that can be changed, and is therefore a class.
 """
 
-import itertools
 import math
 
 import numpy as np
@@ -107,14 +106,10 @@ class Distance(View):
             self._chosen = None if distance is None else float(distance)
             self.version += 1
 
-    def fit(self, scene_data, camera) -> None:
-        """Compute the ``max_distance`` that fits a scene, as seen by a camera."""
+    def prepare(self, scene_data, camera) -> None:
+        """Compute the ``max_distance`` that fits a scene, as seen by a camera, and let kernels know it."""
         self._farthest = farthest_corner(scene_data.geometry, camera.eye)
         self._fitting = fitting_distance(self._farthest)
-
-    def prepare(self, scene_data, camera) -> None:
-        """``fit``, and let kernels know the result; it is called whenever a picture begins."""
-        self.fit(scene_data, camera)
         self.numbers.set(self.max_distance)
 
     def facts(self) -> dict:
@@ -138,8 +133,7 @@ class Distance(View):
 
 def farthest_corner(geometry, eye: np.ndarray) -> float:
     """The distance from the eye to the farthest corner of the scene's box."""
-    corners = np.array(list(itertools.product(*zip(geometry.low, geometry.high, strict=True))))
-    return float(np.linalg.norm(corners - eye, axis=1).max())
+    return float(np.linalg.norm(np.maximum(abs(geometry.low - eye), abs(geometry.high - eye))))
 
 
 def fitting_distance(farthest: float) -> float:

@@ -16,7 +16,7 @@ from taichi.lang import impl
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.compile_time import compile_time, variable
-from taichi_tracer.system.observed import observed, observed_scene
+from taichi_tracer.system.observed import after, observed, observed_scene
 from taichi_tracer.system.parts import register
 
 # Methods of an intersector that enter a node or try a box; those that try a triangle
@@ -59,6 +59,12 @@ class WorkTally:
             self.below += 1
         self.x, self.y, self.z = w_i.x, w_i.y, w_i.z
 
+    @ti.func
+    def scattered(self, surface, w_i):
+        """A surface got a direction. A mirror's is no sample."""
+        if not surface.is_delta():
+            self.direction(surface.normal, w_i)
+
 
 @ti.data_oriented
 class WorkMap(Integrator):
@@ -96,15 +102,28 @@ def counted(parts: Any, number: str) -> Any:
 
 def counted_scene(scene: Any, tally: WorkTally) -> Any:
     """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
+
+    def sent(intersector, is_blocked, *of):
+        """``is_occluded``: a shadow ray was sent."""
+        tally.shadow_ray(is_blocked)
+
+    def scattered(surface, value, w_i):
+        """One of ``SCATTERING``: a surface got a direction."""
+        tally.scattered(surface, w_i)
+
+    def sampled(lights, found, x, n, xi):
+        """``sample`` of lights: below the horizon, no surface is asked for the value of this direction."""
+        tally.direction(n, found[0])
+
     search = dict.fromkeys(ENTERING, partial(noting, tally.node)) | dict.fromkeys(
         TRYING, partial(noting, tally.primitive)
     )
     if hasattr(scene.ray_intersector, TRYING[1]):  # elsewhere, ``intersect_primitive`` counts spheres already
         search["sphere_candidate"] = partial(noting, tally.primitive)
     observers = {
-        "ray_intersector": search | {"is_occluded": partial(sending, tally)},
-        "surface": dict.fromkeys(SCATTERING, partial(scattering, tally)),
-        "lights": {"sample": partial(sampling, tally)},
+        "ray_intersector": search | {"is_occluded": after(sent)},
+        "surface": dict.fromkeys(SCATTERING, after(scattered)),
+        "lights": {"sample": after(sampled)},
     }
     return observed_scene(scene, observers)
 
@@ -120,30 +139,3 @@ def recording(
 ) -> Any:
     """A sample ends; the film gets a number of its tally."""
     return record(x, y, variable(tm.vec3(ti.cast(getattr(tally, number), float))), index)
-
-
-def sending(tally: WorkTally, intersector: Any, is_occluded: Callable, *of: Any) -> Any:
-    """A shadow ray is sent."""
-    is_blocked = impl.expr_init(is_occluded(*of))
-    tally.shadow_ray(is_blocked)
-    return is_blocked
-
-
-def scattering(tally: WorkTally, surface: Any, scatter: Callable, w_i: Any) -> Any:
-    """A surface gets a direction."""
-    _note_direction(tally, surface, w_i)
-    return scatter(w_i)
-
-
-def sampling(tally: WorkTally, lights: Any, sample: Callable, x: Any, n: Any, xi: Any) -> Any:
-    """The lights are sampled: below the horizon, no surface is asked for the value of this direction."""
-    found = impl.expr_init(sample(x, n, xi))
-    tally.direction(n, found[0])
-    return found
-
-
-@ti.func
-def _note_direction(tally: ti.template(), surface, w_i):
-    """Count a direction that a surface gets. A mirror's is no sample."""
-    if not surface.is_delta():
-        tally.direction(surface.normal, w_i)

@@ -42,7 +42,7 @@ class Places:
 
     def __init__(self, placed: Placed, has_spheres: bool) -> None:
         self.count = varying(len(placed.object_of))
-        wide = ti.f64 if runtime.has_f64() else ti.f32
+        wide = ti.f64 if runtime.can("f64") else ti.f32
         self.matrices = ti.Vector.field(4, wide)
         # An ellipsoid is where the ray of the object meets a sphere; so its inverse is as exact as its matrix.
         self.inverses = ti.Vector.field(4, wide if has_spheres else float)
@@ -213,7 +213,7 @@ class InPlaces(TriesCorners):
             own = places.normal_to_world(place, self.geometry.shading_normal(triangle_id, u, v, tm.vec3(0)))
             if tm.component_max(abs(own)) > 0:
                 normal = unit(own)
-        position, position_error = self.geometry.position_between(u, v, v0, v1, v2, thinness(v0, v1, v2))
+        position, position_error = self.geometry.position(u, v, v0, v1, v2, thinness(v0, v1, v2))
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)
         return HitData(

@@ -99,7 +99,7 @@ class WideBVH(TriesCorners, RayIntersector):
         del wide  # before the fields are made, which need as much memory
         self._memory = memory.Memory()
         self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
-        self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
+        self.number_type = ti.u8 if runtime.can("f64") else ti.i32  # some Vulkan devices have no bytes
         self.numbers = ti.Vector.field(WIDTH, self.number_type)
         self.children = ti.field(ti.i32)
         # The fields are nested, so that the memory of a node is contiguous.

@@ -148,7 +148,8 @@ class Lamps(Light):
         omega = self.large_solid_angle(x, lamp)
         if omega > 0:
             place = self.place_in_solid_angle(x, triangle_id, omega, xi)
-        y, error = self.geometry.position(triangle_id, place.x, place.y)
+        thinness = self.geometry.thinness[triangle_id]
+        y, error = self.geometry.position(place.x, place.y, *self.geometry.triangle(triangle_id), thinness)
         n = self.geometry.unit_normals[triangle_id]
         is_front = tm.dot(x - y, n) > 0
         facing = ti.select(is_front, n, -n)

@@ -82,7 +82,7 @@ class Film:
         self.halves = 2 if replicated or doubles else 1
         self.doubles, self.averages = doubles, averages
         self.kind = {"replicated": replicated, "averages": averages, "doubles": doubles}
-        self.compensates = not runtime.has_f64() or runtime.dtype() is np.float64
+        self.compensates = not runtime.can("f64") or runtime.dtype() is np.float64
         self.samples = 0
         self.rare = rare_light.of_kinds([])
         self.memory = memory.Memory()

@@ -72,11 +72,15 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return small[name.lower()] if name.lower() in small else near[0] if near else ""
 
 
-def no_argument(what: str, name: str, known: Iterable[str]) -> TypeError:
-    """The error for a keyword argument that there is not, with the most similar one."""
-    near = nearest(name, known)
-    guess = f": did you mean {near!r}?" if near else ""
-    return TypeError(f"{what} got an unexpected keyword argument {name!r}{guess}")
+def check_names(what: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise the error for a name of an argument that there is not, as Python does, but with the most similar one.
+
+    Raises:
+        TypeError: "unknown option of load_scene_data 'enviroment': did you mean 'environment'? known are …".
+    """
+    for name in given:
+        if name not in known:
+            raise TypeError(str(one_of(what, name, known)))
 
 
 class IncompleteError(RuntimeError):

@@ -109,8 +109,6 @@ class Block:
         """
         counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
         own = {axis: int(count) for axis, count in zip(AXES[id(axes)], counts, strict=True)}
-        if set(own) & set(self.counts):
-            raise InputError("an axis of a field cannot be divided into blocks here")
         constant = frozenset(own) if self.counts and len(own) == 1 else frozenset()
         return Block(self.placed, self.counts | own, constant)
 
@@ -118,8 +116,6 @@ class Block:
         """Give fields an element in each cell, which is 0, and let them be ``ArrayField``."""
         members = [one for field in fields for one in (field._members if isinstance(field, StructField) else [field])]
         for member in members:
-            if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
-                raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
             convert(member, dict(sorted(self.counts.items())), self.constant)
             self.placed.append(member)
         return self

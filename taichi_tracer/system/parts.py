@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import taichi as ti
 
 from taichi_tracer.system.compile_time import compile_time, inside_kernel, one_at_a_time
-from taichi_tracer.system.errors import InputError, OwnCodeError, no_argument, one_of
+from taichi_tracer.system.errors import InputError, OwnCodeError, check_names, one_of
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code.checks import PACKAGE, check_class, check_method, note_misspelt, parameters
 
@@ -98,10 +98,8 @@ class Spelled(Annotation):
         return of_init.replace(parameters=shown, return_annotation=of_init.empty)
 
     def __call__(cls, *values: Any, **named: Any) -> Any:
-        known = list(inspect.signature(vars(cls)["__init__"]).parameters)
-        for name in named:
-            if name not in known:
-                raise no_argument(cls.__name__, name, known)
+        known = list(inspect.signature(vars(cls)["__init__"]).parameters)[1:]
+        check_names(f"argument of {cls.__name__}", named, known)
         return super().__call__(*values, **named)
 
 

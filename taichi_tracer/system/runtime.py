@@ -102,9 +102,6 @@ class Settings:
     precision: str
     fast_math: bool
 
-    def __str__(self) -> str:
-        return f"{self.arch}, {self.precision}, fast_math={self.fast_math}"
-
 
 @one_at_a_time
 def init(
@@ -152,7 +149,8 @@ def init(
         if is_same and is_as_many and debug in (False, ti.cfg.debug):
             return running
         raise RuntimeError(
-            f"Taichi already runs with ({running}); starting it again with "
+            f"Taichi already runs with ({running.arch}, {running.precision}, fast_math={running.fast_math}); "
+            "starting it again with "
             f"(arch={arch}, {precision}, fast_math={fast_math}) frees the memory of every scene made so far. "
             "Call init(..., force=True) if that is what you want."
         )
@@ -293,14 +291,9 @@ def can(ability: str) -> bool:
     return ensure().arch in ABILITIES[ability]
 
 
-def has_f64() -> bool:
-    """Whether kernels can compute in f64 on this backend, also if the default precision is f32."""
-    return can("f64")
-
-
 def can_widen() -> bool:
     """Whether kernels run in f32 and can compute single steps in f64."""
-    return has_f64() and dtype() is np.float32
+    return can("f64") and dtype() is np.float32
 
 
 def _choose(arch: str) -> tuple[str, str | None]:

@@ -115,5 +115,5 @@ def test_the_precision_is_that_of_the_kernels(precision):
     assert x[None] == runtime.dtype()(1 / 3)
     assert runtime.dtype() is {"f32": np.float32, "f64": np.float64}[precision]
     assert runtime.epsilon() == {"f32": 2.0**-23, "f64": 2.0**-52}[precision]
-    assert runtime.has_f64()
+    assert runtime.can("f64")
     assert runtime.can_widen() == (precision == "f32")

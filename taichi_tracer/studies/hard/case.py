@@ -167,7 +167,7 @@ def promise_of(mode: RayMode) -> Promise:
     if mode.fast_math:
         return Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
     zero = ZERO.get(mode.triangle_test, EVERYTHING)
-    if not runtime.has_f64():
+    if not runtime.can("f64"):
         zero -= NEED_F64
     if not mode.is_watertight and not runtime.can("separate roundings"):
         zero -= {"wrong"}  # a product and a sum with one rounding: u may be below 0 on an edge
@@ -295,7 +295,7 @@ def renderer_case(name: str, cost: int = QUICK) -> Callable:
 def leave(geometry: ti.template(), triangle_id, barycentrics, d):
     """Where a ray starts that leaves a triangle at (u, v), on the side that its direction points to."""
     v0, v1, v2 = geometry.triangle(triangle_id)
-    p, error = geometry.position(triangle_id, barycentrics.x, barycentrics.y)
+    p, error = geometry.position(barycentrics.x, barycentrics.y, v0, v1, v2, geometry.thinness[triangle_id])
     n = unit(stable_normal(v0, v1, v2))
     return offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
 

@@ -65,10 +65,6 @@ class Argument:
         builder = runtime.compiling_callable.ast_builder()
         return Expr(builder.expr_subscript(self.pointer, make_expr_group(index), place))
 
-    def is_alive(self) -> bool:
-        """Whether the field has memory."""
-        return getattr(self.of(), "array", None) is not None
-
     def set(self, context: Any) -> None:
         """Set it in Taichi's object of a launch."""
         array: Any = getattr(self.of(), "array", None)
@@ -86,7 +82,7 @@ class Number:
         owner: the object whose attribute it is. name: of the attribute. path: its indices, if that is a tuple.
     """
 
-    def __init__(self, kind: Any, owner: Any, name: str, path: tuple[int, ...]) -> None:
+    def __init__(self, owner: Any, name: str, kind: Any, path: tuple[int, ...]) -> None:
         self.number = impl.get_runtime().compiling_callable.insert_scalar_param(kind, name)
         self.value = Expr(core.make_arg_load_expr(self.number, kind, False, True, 0, core.DebugInfo("")))
         self.owner, self.name, self.path = weakref.ref(owner), name, path
@@ -108,24 +104,23 @@ class Reading:
     """
 
     def __init__(self) -> None:
-        self.arguments: dict[int, Argument] = {}
-        self.numbers: dict[tuple[int, str, tuple[int, ...]], Number] = {}
+        self.arguments: dict[Any, Any] = {}
         self.known: list[Any] = []
 
+    def added(self, key: Any, kind: Callable, owner: Any, *of: Any) -> Any:
+        """The argument for a field or a number of an owner; it is added to the kernel where it is asked for first."""
+        if key not in self.arguments:
+            self.arguments[key] = kind(owner, *of)
+            self.known.append(owner)
+        return self.arguments[key]
+
     def argument(self, of: Any) -> Argument:
-        """The argument for a field; it is added to the kernel where it is asked for first."""
-        if id(of) not in self.arguments:
-            self.arguments[id(of)] = Argument(of)
-            self.known.append(of)
-        return self.arguments[id(of)]
+        """The argument for a field."""
+        return self.added(id(of), Argument, of)
 
     def number(self, owner: Any, name: str, kind: Any, path: tuple[int, ...]) -> Expr:
         """The argument for a number of an object, see ``Number``."""
-        key = id(owner), name, path
-        if key not in self.numbers:
-            self.numbers[key] = Number(kind, owner, name, path)
-            self.known.append(owner)
-        return self.numbers[key].value
+        return self.added((id(owner), name, path), Number, owner, name, kind, path).value
 
     def attribute(self, owner: Any, name: str, value: Any, path: tuple[int, ...] = ()) -> Any:
         """The value of an attribute with an argument for each of its varying numbers."""
@@ -140,8 +135,6 @@ class Reading:
         """Set all of them in Taichi's object of a launch."""
         for argument in self.arguments.values():
             argument.set(context)
-        for number in self.numbers.values():
-            number.set(context)
 
 
 readings: list[Reading] = []
@@ -307,8 +300,11 @@ def launching(call: Callable) -> Callable:
         try:
             return call(self, *arguments, **named)
         except StaleSceneError:
-            readings_of = {key: LAUNCHES.get(kernel, Reading()) for key, kernel in self.compiled_kernels.items()}
-            dead = [k for k, of in readings_of.items() if not all(one.is_alive() for one in of.arguments.values())]
+            fields_of = {
+                key: [one.of() for one in LAUNCHES.get(made, Reading()).arguments.values() if isinstance(one, Argument)]
+                for key, made in self.compiled_kernels.items()
+            }
+            dead = [k for k, fields in fields_of.items() if any(getattr(of, "array", None) is None for of in fields)]
             if not dead:
                 raise
             for key in dead:
