@@ -87,14 +87,13 @@ class RendererState:
         Raises:
             InputError: there is no such setting, or the value is not what it must be.
         """
-        control = next((one for one in self.renderer.controls() if one.name == name), None)
-        if name in LIVE or (control is not None and name in OPTIONS):
+        values = [one.name for one in self.renderer.controls()]
+        if name in LIVE or (name in values and name in OPTIONS):
             self.show(replace(self.settings, **{name: read(name, value)}))
-        elif control is not None:
-            ends = getattr(control, "low", 0.0), getattr(control, "high", 0.0)
-            self.renderer.change(name, int(value) if all(isinstance(end, int) for end in ends) else value)
+        elif name in values:
+            self.renderer.change(name, value)
         else:
-            raise one_of("setting", name, [*LIVE, *(one.name for one in self.renderer.controls())])
+            raise one_of("setting", name, [*LIVE, *values])
 
     def show(self, settings: RenderSettings) -> None:
         """Show what settings ask for. For the first picture of light, a scene without light gets one.

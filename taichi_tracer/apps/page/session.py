@@ -80,8 +80,6 @@ class Session(Channel):
         self._last_step = self.now()
         self.region: tuple[int, ...] | None = None  # column, row, columns and rows whose numbers a page shows
         self.coarse: ProgressiveRenderer | None = None  # a coarse picture in place of that of the renderer
-        self._pictures = 0  # counts the changes of what is rendered, or shown of it
-        self._has_news = False  # whether the next frame is due at once, because something was chosen or asked for
         self.framed_at = self._moved_at = -1e9
         self._next_error = 0.0
         self._begin_with(renderer)
@@ -100,8 +98,8 @@ class Session(Channel):
         self.errors: dict[int, dict[str, Any]] = {}  # id of a renderer → what is known of its error
         self.curves: dict[str, list[list[float]]] = {}
         self.preview = Preview()
-        self._framed: tuple[Any, str] = None, ""  # the key of the picture that the last frame shows, and its kind
         self._is_cold = True  # whether the picture of a moving camera is still to be compiled
+        self._note_change()
 
     @property
     def state(self) -> RendererState:
@@ -173,17 +171,16 @@ class Session(Channel):
             self.render()
             if self.make_frame():
                 self.took(self.now() - begin)
-        if self._is_cold and self._framed[0] and self.choice is None and self.mode == OFF:
-            self._is_cold = False
-            self.choose("preparing the moving picture", self._unit, self._warm_moving)
+                if self._is_cold and self.choice is None and self.mode == OFF:
+                    self._is_cold = False
+                    self.choose("preparing the moving picture", self._unit, self._warm_moving)
         return bool(events or is_busy)
 
     def take_choice(self) -> None:
         """Show what was chosen if it is due, and move the camera."""
         if self.choice is not None and self.choice.is_due:
             choice, self.choice = self.choice, None
-            self._pictures += 1
-            self._has_news = True
+            self._note_change()
             with self.errors_as_message():
                 choice.take()
         now = self.now()
@@ -217,29 +214,28 @@ class Session(Channel):
         """Seconds until a frame is to be made: 0 if it is due, and infinite if nobody asks or nothing is new."""
         if not self.is_asked:
             return np.inf
-        picture, kind = self._framed
-        due = self.framed_at + FRAME_EVERY
-        if not self._has_news:
-            if picture == self.picture_key():
-                due = np.inf if kind == "png" else self._moved_at + MOVING  # then the lossless picture follows
-            elif kind == "png" and not self.is_moving and not all(is_final(one) for one in self.renderers):
-                due = self.framed_at + REST_EVERY
-        return max(0.0, due - self.now())
+        return max(0.0, self._due - self.now(), self.framed_at + FRAME_EVERY - self.now())
+
+    def _note_change(self, about_picture: bool = True) -> None:
+        """Let a frame be made soon, because something was chosen; if only beside the picture, with the same file."""
+        self._due = 0.0
+        self._has_new_picture = about_picture or self._has_new_picture
 
     def render(self) -> None:
         """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
         self.coarse = self.preview.of(self.renderer) if self.is_moving and self.mode == OFF else None
         if self.coarse not in (None, self.renderer):
             self.coarse.render()
-            self._pictures += 1
+            self._note_change()
             return
         end = self.now() + WORK
         while unfinished := [one for one in self.renderers if not is_final(one)]:
             renderer = min(unfinished, key=self.progress_of)
             if not renderer.is_current():
                 self.errors.clear()
+                self._note_change()
             renderer.render()
-            self._pictures += 1
+            self._has_new_picture, self._due = True, min(self._due, self.framed_at + REST_EVERY)
             has_all = all(one.is_current() and one.film.samples > 0 for one in self.renderers)
             if has_all and (self.now() >= end or self.is_moving):
                 break
@@ -253,8 +249,7 @@ class Session(Channel):
         for kind, members in events:
             if kind not in (*MOVING_BY, *POINTING):
                 self.message = ""
-                self._pictures += 1
-            self._has_news = True
+            self._note_change(kind not in POINTING)
             with self.errors_as_message():
                 getattr(self, f"on_{kind}")(**members)
 
@@ -307,7 +302,7 @@ class Session(Channel):
         if self.choice is not None:
             self.choice.cancel()
         self.choice = Choice(text, about, take, process)
-        self._has_news = True
+        self._note_change(about_picture=False)
 
     # ── what can be chosen ──
 
@@ -391,7 +386,7 @@ class Session(Channel):
         """Show what makes this picture again: the command, the options of its camera, and Python."""
         camera = RenderSettings(**camera_settings(self.renderer.camera)).words()
         texts = as_command(self.renderer, self.settings), shlex.join(camera), as_python(self.renderer)
-        self.explanation = "".join(f"<pre>{html.escape(text)}</pre>" for text in texts)
+        self.explanation, self.explained = "".join(f"<pre>{html.escape(text)}</pre>" for text in texts), None
 
     def on_close(self) -> None:
         """Close the explanation."""
@@ -413,7 +408,7 @@ class Session(Channel):
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
         self.sides = [self.state.resized(int(width * scale), int(height * scale))]
         self.preview, self.pointed, self.explained = Preview(), None, None
-        self._framed, self._is_cold = (None, ""), self.choice is None  # a choice prepares the moving picture, too
+        self._is_cold = self.choice is None  # a choice prepares the moving picture, too
 
     def on_compare(self, mode: str, side: int, equal: str) -> None:
         """Choose how one picture is shown, or two.
@@ -451,20 +446,17 @@ class Session(Channel):
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if self.is_moving else exact_pixels
         shown = self.renderers if self.coarse is None else [self.coarse]
-        data, key = self._frame.data, (self.picture_key(), kind)
-        if key != self._framed:
+        data = self._frame.data
+        if self._has_new_picture or kind != self._frame.kind:
             if self.mode == DIFFERENCE:
                 pixels, self.scale = difference_of(*self.renderers)
             else:
                 pixels = np.concatenate([make(one) for one in shown], axis=1)
             data = encoded(pixels, kind)
-        self._framed, self._has_news, self.framed_at = key, False, self.now()
+        self._has_new_picture, self.framed_at = False, self.now()
+        self._due = np.inf if kind == "png" else self._moved_at + MOVING  # then the lossless picture follows
         self.show(Frame(self._frame.number + 1, kind, data, self.page_state(shown)))
         return True
-
-    def picture_key(self) -> tuple:
-        """What is compared to find out whether another picture is shown."""
-        return self._pictures, [one.display for one in self.renderers]
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
