@@ -7,7 +7,6 @@ pictures of one camera can be compared: side by side, or as their difference.
 
 import copy
 from argparse import ArgumentTypeError
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -177,12 +176,11 @@ class RendererState:
         """Another state for the same camera, which begins as this one, with a scene and so with light of its own."""
         return RendererState(copy_of(self.renderer, again(self.scene)), self.base)
 
-    def resized(self, width: int, height: int) -> "RendererState":
-        """The same picture with another number of pixels."""
-        found = RendererState(copy_of(self.renderer, self.scene, width, height), self.base)
-        found.environments, found._environments = self.environments, self._environments
-        found._light_options, found._has_chosen_light = self._light_options, self._has_chosen_light
-        return found
+    def resize(self, width: int, height: int) -> None:
+        """Give the picture another number of pixels."""
+        self.renderer = copy_of(self.renderer, self.scene, width, height)
+        self._made = {(*key_of(self.scene), type(self.renderer)): self.renderer}
+        self._last = {type(self.renderer): self.renderer}
 
     def destroy(self) -> None:
         """Free the memory of all scenes; nothing of them can be shown any more."""
@@ -196,27 +194,27 @@ class RendererState:
         renderer, scene = self.renderer, self.scene
         test, choice, ground = key_of(scene)
         found = [
-            as_names("light", "environment", environment_name(scene), self.environments),
-            as_names("scene", "triangle_test", test, PARTS.names("triangle test")),
+            described("light", "environment", environment_name(scene), names=self.environments),
+            described("scene", "triangle_test", test, names=PARTS.names("triangle test")),
             described("scene", "ground", ground),
         ]
         if scene.lamps.count > 1 and renderer.needs_light and renderer.active.samples_lights:
-            found.append(as_names("light", "lamp_choice", choice, PARTS.names("lamp choice")))
+            found.append(described("light", "lamp_choice", choice, names=PARTS.names("lamp choice")))
         if renderer.srgb:
-            found.append(as_names("display", "tone", renderer.display.part.name, PARTS.names("tone curve")))
+            found.append(described("display", "tone", renderer.display.part.name, names=PARTS.names("tone curve")))
         if renderer.srgb and not renderer.has_own_display:
-            found.append(as_slider("display", "exposure", float(renderer.display.exposure), -10, 10, 0.125))
+            exposure = float(renderer.display.exposure)
+            found.append(described("display", "exposure", exposure, low=-10, high=10, step=0.125))
         if not renderer.camera.has_window:
-            found.append(as_slider("camera", "fov", float(renderer.camera.fov), 5, 150, 0.5))
+            found.append(described("camera", "fov", float(renderer.camera.fov), low=5, high=150, step=0.5))
         if renderer.active.name == "distance" and (white := renderer.values().get("max_distance")) is not None:
-            found.append(as_slider("display", "max_distance", white, white / 10, white * 4, white / 50))
-        for control in renderer.controls():
-            if control.names:
-                found.append(as_names("estimator", control.name, control.value, control.names))
+            found.append(described("display", "max_distance", white, low=white / 10, high=white * 4, step=white / 50))
+        for one in renderer.controls():
+            if one.names:
+                found.append(described("estimator", one.name, one.value, names=list(one.names)))
             else:
-                is_whole = isinstance(control.low, int) and isinstance(control.high, int)
-                step = 1 if is_whole else (control.high - control.low) / 200
-                found.append(as_slider("estimator", control.name, control.value, control.low, control.high, step))
+                step = 1 if isinstance(one.low, int) and isinstance(one.high, int) else (one.high - one.low) / 200
+                found.append(described("estimator", one.name, one.value, low=one.low, high=one.high, step=step))
         return [one for one in found if "names" not in one or (len(one["names"]) > 1 and one["value"] in one["names"])]
 
 
@@ -226,32 +224,19 @@ def read(name: str, value: Any) -> Any:
     Raises:
         InputError: it is not what the setting must be.
     """
-    option = OPTIONS[name]
-    if isinstance(value, bool) or value is None:
-        return value if isinstance(DEFAULTS[name], bool) and value is not None else DEFAULTS[name]
-    if name == "bounces" and value == "all":
-        return ()
+    if isinstance(DEFAULTS[name], bool):
+        return bool(value)
     try:
-        return option.read(str(value))
+        return () if (name, value) == ("bounces", "all") else OPTIONS[name].read(str(value))
     except ArgumentTypeError as error:
         raise InputError(f"{name}: {error}") from None
 
 
-def described(section: str, name: str, value: Any) -> dict[str, Any]:
-    """What a page says of a setting: a switch, unless there is more to be known."""
+def described(section: str, name: str, value: Any, **ends: Any) -> dict[str, Any]:
+    """What a page says of a setting: one of ``names``; a number from ``low`` to ``high`` in steps; or yes or no."""
     option = next((one for one, known in OPTIONS.items() if name in (one, known.value)), name)
     help = OPTIONS[option].help.replace("%%", "%") if option in OPTIONS else ""
-    return {"section": section, "name": name, "label": option.replace("_", " "), "help": help, "value": value}
-
-
-def as_names(section: str, name: str, value: Any, names: Sequence[str]) -> dict[str, Any]:
-    """A setting that is one of several names."""
-    return {**described(section, name, value), "names": list(names)}
-
-
-def as_slider(section: str, name: str, value: float, low: float, high: float, step: float) -> dict[str, Any]:
-    """A setting that is a number between two ends."""
-    return {**described(section, name, value), "low": low, "high": high, "step": step}
+    return {"section": section, "name": name, "label": option.replace("_", " "), "help": help, "value": value, **ends}
 
 
 def key_of(scene: SceneData) -> tuple[str, str, bool]:
@@ -309,47 +294,49 @@ SMALLEST = 64  # pixels of a side: no coarse picture is smaller
 
 
 class Preview:
-    """What is rendered of a renderer's picture while the camera moves. It learns from how long frames take."""
+    """What is rendered of a renderer's picture while the camera moves. It learns from how long frames take.
+
+    Attributes:
+        step: so many pixels of the whole picture, along each side, are one of what is rendered.
+    """
 
     def __init__(self) -> None:
-        self._steps: dict[tuple, int] = {}  # the renderer and what it shows → pixels of the whole picture for one
+        self.step = 1
         self._made: dict[tuple, ProgressiveRenderer] = {}
         self._is_new = False  # whether the next frame compiles something
 
     def of(self, renderer: ProgressiveRenderer) -> ProgressiveRenderer:
         """The renderer whose picture is to be shown now: the given one, or a coarse one that shows the same."""
-        step = self._steps.get((renderer, renderer.active.name), 1)
-        return renderer if step == 1 else self._coarse(renderer, step)
+        self._is_new = False
+        if self.step == 1 or not may_be_coarse(renderer):
+            return renderer
+        key = renderer, renderer.active.name, self.step
+        if key not in self._made:
+            size = renderer.width // self.step, renderer.height // self.step
+            self._made[key] = copy_of(renderer, renderer.scene_data, *size)
+            self._is_new = True
+        coarse = self._made[key]
+        coarse.camera.set_camera_parameters(**view_of(renderer))
+        copy_values(renderer, coarse)
+        return coarse.set_display(renderer.display.exposure, renderer.display.tone)
 
     def took(self, renderer: ProgressiveRenderer, seconds: float) -> None:
         """Note how long the last frame of a moving camera took, to render and to be made into bytes."""
+        wanted = WANTED[renderer.is_random]
         if self._is_new:
-            self._is_new = False
             return
-        key, wanted = (renderer, renderer.active.name), WANTED[renderer.is_random]
-        step = self._steps.get(key, 1)
-        if seconds > wanted and may_be_coarse(renderer, 2 * step):
-            self._steps[key] = 2 * step
-        elif step > 1 and 4 * ROOM * seconds < wanted:
-            self._steps[key] = step // 2
-
-    def _coarse(self, renderer: ProgressiveRenderer, step: int) -> ProgressiveRenderer:
-        key = renderer, renderer.active.name, step
-        if key not in self._made:
-            self._made[key] = copy_of(renderer, renderer.scene_data, renderer.width // step, renderer.height // step)
-            self._is_new = True
-        made = self._made[key]
-        made.camera.set_camera_parameters(**view_of(renderer))
-        copy_values(renderer, made)
-        return made.set_display(renderer.display.exposure, renderer.display.tone)
+        if seconds > wanted:
+            self.step = min(2 * self.step, COARSEST)
+        elif 4 * ROOM * seconds < wanted:
+            self.step = max(1, self.step // 2)
 
 
-def may_be_coarse(renderer: ProgressiveRenderer, step: int) -> bool:
+def may_be_coarse(renderer: ProgressiveRenderer) -> bool:
     """Whether a coarse picture can be made: with a camera of the package, of a whole picture that is large enough."""
     is_whole = renderer.film.crop == (0, renderer.width, 0, renderer.height)
     is_own = not type(renderer.camera).__module__.startswith("taichi_tracer.")
-    side = min(renderer.width, renderer.height) // step
-    return step <= COARSEST and side >= SMALLEST and is_whole and not is_own and not renderer.has_own_display
+    is_large = min(renderer.width, renderer.height) >= COARSEST * SMALLEST
+    return is_large and is_whole and not is_own and not renderer.has_own_display
 
 
 def current(renderer: ProgressiveRenderer) -> ProgressiveRenderer:

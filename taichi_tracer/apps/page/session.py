@@ -406,7 +406,7 @@ class Session(Channel):
         if not self.follows_size or self.mode != OFF or size == (self.renderer.width, self.renderer.height):
             return
         scale = min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
-        self.sides = [self.state.resized(int(width * scale), int(height * scale))]
+        self.state.resize(int(width * scale), int(height * scale))
         self.preview, self.pointed, self.explained = Preview(), None, None
         self._is_cold = self.choice is None  # a choice prepares the moving picture, too
 
