@@ -67,7 +67,7 @@ def moved(**motion):
 
 def compared(mode):
     """An event that shows two pictures, or one."""
-    return {"type": "compare", "mode": mode, "side": 1, "equal": "samples"}
+    return {"type": "compare", "mode": mode, "side": "right", "equal": "samples"}
 
 
 def watch(session):

@@ -29,7 +29,8 @@ from taichi_tracer.tones.display import Display
 MOST_TEXT = 200  # characters of a name
 FAR = -10.0, 10.0  # pictures: farther than any pointer goes between two events
 PIXEL = 0, 1 << 16
-OFF, SIDES, DIFFERENCE = "off", "sides", "difference"  # ways to show one picture, or two
+OFF, DIFFERENCE = "off", "difference"  # ways to show one picture, or two; the third one is "sides"
+SIDES = ("left", "right")  # of two pictures
 
 # Type of an event → its members, each with its rule, see ``fits``.
 EVENTS: dict[str, dict[str, Any]] = {
@@ -46,7 +47,7 @@ EVENTS: dict[str, dict[str, Any]] = {
     "point": {"column": PIXEL, "row": PIXEL},
     "look": dict.fromkeys(("column", "row", "columns", "rows"), PIXEL),
     "size": {"width": (16, 1 << 13), "height": (16, 1 << 13)},
-    "compare": {"mode": (OFF, SIDES, DIFFERENCE), "side": (0, 1), "equal": ("samples", "seconds")},
+    "compare": {"mode": (OFF, "sides", DIFFERENCE), "side": SIDES, "equal": ("samples", "seconds")},
     "save": {"kind": ("png", "exr")},
     "ack": {"id": (0, 1 << 53)},
 }

@@ -33,11 +33,11 @@ const PAGE = `
   <select name="scene" aria-label="scene" title="another shipped scene"></select>
   <details class="tt-menu"><summary class="tt-view" title="what is shown"></summary>
     <div tabindex="-1"><input type="search" aria-label="search" placeholder="search"><div class="tt-list"></div></div></details>
-  <div class="tt-group" role="group" aria-label="compare two pictures"><button data-do="off">One picture</button
-    ><button data-do="sides">Compare two</button><button data-do="difference">Difference</button></div>
+  <div class="tt-group" role="group" aria-label="compare two pictures"><button name="mode" value="off">One picture</button
+    ><button name="mode" value="sides">Compare two</button><button name="mode" value="difference">Difference</button></div>
   <div class="tt-group tt-compared" role="group" aria-label="what is compared"
-    ><button data-do="left" title="the settings change the left picture">left</button
-    ><button data-do="right" title="the settings change the right picture">right</button
+    ><button name="side" value="left" title="the settings change the left picture">left</button
+    ><button name="side" value="right" title="the settings change the right picture">right</button
     ><select name="equal" aria-label="what both pictures have the same number of" title="both pictures get the same number of these">
       <option value="samples">equal samples</option><option value="seconds">equal seconds</option></select></div>
   <span class="tt-gap"></span>
@@ -110,11 +110,10 @@ function render({ model, el }) {
 
   const send = event => model.send(event);
   const set = (name, value) => send({ type: "set", name, value });
-  const compare = change => send({ type: "compare", ...state.compare, ...change });
+  const compare = ({ name, value }) => send({ type: "compare", ...state.compare, [name]: value });
   const save = kind => send({ type: "save", kind });
   const actions = {
-    off: () => compare({ mode: "off" }), sides: () => compare({ mode: "sides" }), difference: () => compare({ mode: "difference" }),
-    left: () => compare({ side: 0 }), right: () => compare({ side: 1 }), flip: () => setBorder(border === 1 ? 0 : border === 0 ? 0.5 : 1),
+    flip: () => setBorder(border === 1 ? 0 : border === 0 ? 0.5 : 1),
     png: () => save("png"), exr: () => save("exr"), camera: () => { isCopying = true; send({ type: "same" }); },
     zoom: () => setZoom(ZOOMS[(ZOOMS.indexOf(zoom) + 1) % ZOOMS.length]), panel: () => el.classList.toggle("tt-alone"),
     ask: () => openDrawer(place.hidden && place, "Explain a pixel"), help: () => openDrawer(help.hidden && help, "Keys and mouse"),
@@ -123,6 +122,7 @@ function render({ model, el }) {
   const act = name => name in actions ? actions[name]() : send({ type: name });
   el.onclick = ({ target }) => {
     if (target.dataset.do) act(target.dataset.do);
+    if (target.matches(".tt-group button")) compare(target);
     if (target.name === "view") set("view", target.value);
     const menu = target.closest(".tt-menu");
     if (menu && target.localName === "button") canvas.focus();
@@ -244,8 +244,8 @@ function render({ model, el }) {
   }
 
   function showNumbers() {
-    const { side, mode } = state.compare, { word, long, title } = numbersOf(state.sides[side]);
-    const name = `${mode === "off" ? "" : `${["left", "right"][side]}: `}${state.what === state.view ? "" : `${state.what} `}${state.view}`;
+    const { side, mode } = state.compare, { word, long, title } = numbersOf(state.sides[side === "right" ? 1 : 0]);
+    const name = `${mode === "off" ? "" : `${side}: `}${state.what === state.view ? "" : `${state.what} `}${state.view}`;
     status.replaceChildren(...(word ? [make("b", {}, word), " · "] : []), name + long);
     status.title = title;
     setText(part("pace"), frames.length > 2 ? `${frames.length} frames/s` : "");
@@ -330,12 +330,11 @@ function render({ model, el }) {
   // ── what can be chosen ──
 
   function showCompare() {
-    const { mode, side } = state.compare, chosen = [mode, ["left", "right"][side]];
-    for (const one of all(".tt-group button")) one.ariaPressed = chosen.includes(one.dataset.do);
-    part("compared").hidden = mode === "off";
+    for (const one of all(".tt-group button")) one.ariaPressed = state.compare[one.name] === one.value;
+    part("compared").hidden = state.compare.mode === "off";
     equal.value = state.compare.equal;
   }
-  equal.onchange = () => compare({ equal: equal.value });
+  equal.onchange = () => compare(equal);
 
   function showScenes() {
     scenes.replaceChildren(...options([...new Set([...state.scenes, state.scene])]));

@@ -19,7 +19,17 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer import camera_controller
-from taichi_tracer.apps.page.channel import DIFFERENCE, EVENTS, OFF, Channel, Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.page.channel import (
+    DIFFERENCE,
+    EVENTS,
+    OFF,
+    SIDES,
+    Channel,
+    Frame,
+    encoded,
+    exact_pixels,
+    quick_pixels,
+)
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.renderer_state import OF_SCENE, Preview, RendererState, current, difference_of, read
@@ -117,11 +127,9 @@ class Session(Channel):
         return [one.renderer for one in self.sides]
 
     def warm_up(self) -> None:
-        """Compile what a moving camera needs, before anybody waits for it."""
+        """Compile the first picture, before anybody waits for it."""
         start = time.monotonic()
-        for _ in range(3):  # the first pictures compile
-            self.renderer.camera.set_camera_parameters()  # as if moved
-            quick_pixels(self.renderer.render())
+        quick_pixels(self.renderer.render())
         self._compiled.add(self._kernels_of(self.state.settings))
         self._expose_at_first()
         self._unit = (time.monotonic() - start) / COSTS.get(self.renderer.what, 1.0)
@@ -157,9 +165,7 @@ class Session(Channel):
         """
         with self._lock:
             if not self._events:
-                wait = self.seconds_of_rest()
-                if wait > 0:
-                    self._lock.wait(min(wait, patience))
+                self._lock.wait(min(self.seconds_of_rest(), patience))
         events = self.take_post()
         self.take(events)
         if any(kind in POINTING for kind, _ in events):
@@ -410,7 +416,7 @@ class Session(Channel):
         self.preview, self.pointed, self.explained = Preview(), None, None
         self._is_cold = self.choice is None  # a choice prepares the moving picture, too
 
-    def on_compare(self, mode: str, side: int, equal: str) -> None:
+    def on_compare(self, mode: str, side: str, equal: str) -> None:
         """Choose how one picture is shown, or two.
 
         Args:
@@ -434,7 +440,7 @@ class Session(Channel):
         elif self.mode == OFF:
             self.choose("preparing the second picture", self._unit, begin)
         else:
-            self.number, self.mode = side, mode
+            self.number, self.mode = SIDES.index(side), mode
 
     # ── frames ──
 
@@ -468,7 +474,7 @@ class Session(Channel):
         self.errors = {id(one): error_of(one) for one in random}
         rest = ERROR_REST * (self.now() - begin)
         self.curves = {}
-        for side, renderer in zip(("left", "right"), self.renderers, strict=False):
+        for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[p.seconds, float(p.error)] for p in curve if np.isfinite(p.error) and p.error > 0]
                 self.curves[name if self.mode == OFF else f"{side}: {name}"] = points
@@ -502,7 +508,7 @@ class Session(Channel):
             "scenes": [] if self.settings is None else scene_names(),
             "offered": offered,
             "controls": self.state.controls(),
-            "compare": {"mode": self.mode, "side": self.number, "equal": self.equal},
+            "compare": {"mode": self.mode, "side": SIDES[self.number], "equal": self.equal},
             "sides": sides,
             "curves": self.curves,
             "scale": scale and {"high": f"{scale.high:.3g}", "text": scale.text},
