@@ -248,12 +248,16 @@ def made_like(
     like: ProgressiveRenderer, renderer_class: type[ProgressiveRenderer], scene: SceneData, camera: Any = None
 ) -> ProgressiveRenderer:
     """A renderer of a class for a scene, with the camera and the samples of another one."""
-    options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
-    options |= {"jitter": (like.jitter and not like.jitters) or None}
-    if camera is None:
-        options["crop"] = like.film.crop
-    options["adaptive"] = like.adaptive and renderer_class.jitters
-    return renderer_class(scene_data=scene, camera=camera or like.camera, **options)
+    return renderer_class(
+        scene_data=scene,
+        camera=camera or like.camera,
+        crop=like.film.crop if camera is None else None,
+        sampler=like.sampler,
+        seed=like.seed,
+        first_sample=like.first_sample,
+        jitter=(like.jitter and not like.jitters) or None,
+        adaptive=like.adaptive and renderer_class.jitters,
+    )
 
 
 def view_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
