@@ -61,9 +61,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
     """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
     is_size = all(isinstance(side, int | float | np.number) and side > 0 for side in (width, height))
     view = scene_data.view_for(width / height if is_size else 1.0)  # the camera refuses what is no size
-    if chosen is None:
-        return make_camera(width, height, **view)
-    found = PARTS.find("camera", chosen)
+    found = PARTS.find("camera", view.get("projection", "perspective") if chosen is None else chosen)
     if isinstance(found, type):
         return make_camera(width, height, **change_projection(view, found))
     return found

@@ -9,7 +9,6 @@ from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.boxes import box_interval
-from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import textured
@@ -44,11 +43,9 @@ class SceneInKernels:
         self.search = scene.ray_intersector
         self.material_library, self.textures = scene.material_library, scene.geometry.textures
         self.environment, self.background = scene.environment, scene.background
-        far: list[Light] = []
-        if scene.environment is not None and effects.environment in ("constant", "image"):
-            far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
-        lamps = scene.lamps if effects.emitters else None
-        self.lights = SceneLights([*far, *scene.lights], lamps)
+        has_far = scene.environment is not None and effects.environment in ("constant", "image")
+        far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)] if has_far else []
+        self.lights = SceneLights([*far, *scene.lights], scene.lamps if effects.emitters else None)
         self.samples_lights = effects.samples_lights and self.lights.can_be_met
 
     @compile_time
