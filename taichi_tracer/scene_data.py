@@ -201,6 +201,11 @@ class SceneData(KnownAttributes):
 
     # ── questions of Python ──
 
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
+        return self.ray_intersector.query_ray(ray)
+
     @one_at_a_time
     def intersect(
         self, origins: "ArrayLike", directions: "ArrayLike", t_min: "ArrayLike" = 0.0, t_max: "ArrayLike" = np.inf
