@@ -7,10 +7,7 @@ number by number within a tolerance, by statistics, or as pictures. Every judge 
 by itself. The mistake finder asks ``agrees``, too.
 """
 
-import contextlib
-import io
 import os
-import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -19,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError, one_of
 
 Arrays = dict[str, np.ndarray]
@@ -450,34 +446,16 @@ def shown(value: np.ndarray | float) -> object:
     return int(number) if array.dtype.kind in "iub" else float(f"{number:.6g}")
 
 
-# ── expected answers that are kept ──
+# ── groups of arrays, and the folder of what is kept ──
 
 
 VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
 
 def cache_folder() -> Path:
-    """Where answers are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
+    """Where compiled kernels are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
     own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer"
     return Path(os.environ.get(VARIABLE) or own) / "teaching"
-
-
-def keep_arrays(path: Path, arrays: Arrays) -> None:
-    """Keep arrays in a file. A folder that cannot be written costs the time of the next run, and nothing else."""
-    file = io.BytesIO()
-    np.savez(file, **arrays)  # type: ignore[arg-type]
-    with contextlib.suppress(OSError, InputError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, file.getvalue())
-
-
-def arrays_in(path: Path) -> Arrays | None:
-    """The arrays that were kept; None if the file is missing or damaged."""
-    try:
-        with np.load(path, allow_pickle=False) as found:
-            return {name: found[name] for name in found.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
-        return None
 
 
 def joined(groups: Mapping[str, Arrays]) -> Arrays:

@@ -4,11 +4,10 @@ The grader never loads a submission's code. It sends inputs to the submission's 
 back with those of the solution, and starts the process anew if a part ends it.
 
 The solution runs in a process of its own, too, without limits, so that Taichi never runs in the grader's. Its answers
-depend on the assignment, the package and the seed alone. They are computed once and kept in the user's cache, beside
-the compiled kernels, of which every submission gets a copy.
+depend on the assignment, the package and the seed alone, and are computed once for a class. The compiled kernels are
+kept in the user's cache; every submission gets a copy.
 """
 
-import hashlib
 import math
 import tempfile
 import threading
@@ -21,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import (
     CRASHED,
@@ -36,11 +34,8 @@ from taichi_tracer.teaching.base import (
     Part,
     PartResult,
     Samples,
-    arrays_in,
     cache_folder,
     joined,
-    keep_arrays,
-    parted,
 )
 from taichi_tracer.teaching.grading import submissions
 from taichi_tracer.teaching.grading.isolate import Limits, run
@@ -138,8 +133,7 @@ class Reference:
 
     def __init__(self, assignment: Assignment, seed: int) -> None:
         self.assignment, self.seed = assignment, seed
-        self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
-        self.kernels = self.folder / "cache"
+        self.kernels = cache_folder() / assignment.name
         self.kernels.mkdir(parents=True, exist_ok=True)
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
         self.stopped = threading.Event()
@@ -151,17 +145,12 @@ class Reference:
         Raises:
             InputError: the solution does not run.
         """
-        path = self.folder / f"expected-{self.seed}.npz"
-        found = parted(arrays_in(path) or {})
-        if found.keys() != self.inputs.keys():
-            answers, printed = self.ask([({"part": name}, inputs) for name, inputs in self.inputs.items()])
-            for name, (reply, _) in zip(self.inputs, answers, strict=True):
-                if reply["status"] != OK:
-                    message = f"the solution of {name} fails: {reply['message']} {printed[-300:]}"
-                    raise InputError(f"assignment {self.assignment.name}: {' '.join(message.split())}")
-            found = {name: arrays for name, (_, arrays) in zip(self.inputs, answers, strict=True)}
-            keep_arrays(path, joined(found))
-        return found
+        answers, printed = self.ask([({"part": name}, inputs) for name, inputs in self.inputs.items()])
+        for name, (reply, _) in zip(self.inputs, answers, strict=True):
+            if reply["status"] != OK:
+                message = f"the solution of {name} fails: {reply['message']} {printed[-300:]}"
+                raise InputError(f"assignment {self.assignment.name}: {' '.join(message.split())}")
+        return {name: arrays for name, (_, arrays) in zip(self.inputs, answers, strict=True)}
 
     def ask(
         self,
@@ -207,15 +196,6 @@ class Reference:
             parts = (replace(p, arrays={}, findings=tuple(next(findings))) if p.arrays else p for p in mark.parts)
             explained.append(replace(mark, parts=tuple(parts)))
         return explained
-
-
-def fingerprint(assignment: Assignment) -> str:
-    """A hash of everything that marks and hints depend on."""
-    digest = hashlib.sha256(taichi_tracer.__version__.encode())
-    for root in (assignment.folder, *Path(__file__).parents[:2]):
-        for path in sorted(root.glob("*.py")) + sorted((root / "solution").glob("*.py")):
-            digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
 
 
 # ── grading ──

@@ -28,7 +28,7 @@ apt-get install -y --no-install-recommends python3 python3-pip libgl1 libgomp1 b
     apt-get install -y --no-install-recommends python3 python3-pip libgl1 libgomp1
 python3 -m pip install --break-system-packages {packages} || python3 -m pip install {packages}
 cd /autograder/source
-# The solution's answers and its compiled kernels are kept in the image, so that each submission takes seconds.
+# The solution's compiled kernels are kept in the image, so that each submission takes seconds.
 export PYTHONPATH=/autograder/source TAICHI_TRACER_CACHE=/autograder/source/cache
 python3 -m taichi_tracer grade {assignment} {solution} --seed {seed} --trust > /dev/null || true
 """
