@@ -114,7 +114,6 @@ class Viewer:
         """Show the window until it is closed."""
         self.session.warm_up()
         self.draw()
-        self.frame_seconds = 0.0
         self.window = ti.ui.Window(TITLE, self.pixels.shape[:2], fps_limit=FRAMES_PER_SECOND)
         self.cursor, self.drags_picture = self.window.get_cursor_pos(), False
         with tempfile.TemporaryDirectory() as folder:
@@ -150,17 +149,15 @@ class Viewer:
 
         ``ti.ui`` does not say where the mouse was when it was pressed: where it was in the last frame counts.
         """
-        tapped = set()
-        for event in self.window.get_events(ti.ui.PRESS):
-            tapped.add(event.key)
-            if event.key == ti.ui.ESCAPE:
-                self.window.running = False
-            elif event.key in (ti.ui.LMB, ti.ui.RMB):
-                self.drags_picture = self.window.get_cursor_pos()[0] * self.pixels.shape[0] >= PANEL
-            elif event.key == "p":
-                self.save_picture()
-            elif event.key == "r":
-                self.reset()
+        tapped = {event.key for event in self.window.get_events(ti.ui.PRESS)}
+        if ti.ui.ESCAPE in tapped:
+            self.window.running = False
+        if tapped & {ti.ui.LMB, ti.ui.RMB}:
+            self.drags_picture = self.window.get_cursor_pos()[0] * self.pixels.shape[0] >= PANEL
+        if "p" in tapped:
+            self.save_picture()
+        if "r" in tapped:
+            self.reset()
         pressed = {
             k for k in (*camera_controller.KEYS, ti.ui.LMB, ti.ui.RMB) if k in tapped or self.window.is_pressed(k)
         }
