@@ -178,7 +178,8 @@ class Session(Channel):
                 self.took(self.now() - begin)
                 if self._is_cold and self.choice is None and self.mode == OFF:
                     self._is_cold = False
-                    self.choose("preparing the moving picture", self._unit, self._warm_moving)
+                    about = COSTS.get(self.renderer.what, 1.0) * self._unit
+                    self.choose("preparing the moving picture", about, self._warm_moving)
         return bool(events or is_busy)
 
     def take_choice(self) -> None:
