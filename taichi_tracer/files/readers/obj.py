@@ -1,7 +1,7 @@
 """Wavefront OBJ: triangles in the file's order, exact floats, materials by first use (A1-17, C-16, C-18).
 
-All lines with the same keyword are parsed together. If this fails, they are parsed one by one to find the line of the
-error.
+All lines with the same keyword are parsed together. If this fails, half of them are parsed, and so on, to find the line
+of the error.
 """
 
 import io
@@ -114,9 +114,13 @@ def _parsed(parse: Callable[[bytes], Any], block: KeywordLines, needed: str, pat
     """What ``parse`` makes of all lines together; an InputError names the first line of which it makes nothing."""
     found = parse(block.text)
     if found is None:
-        lines = zip(block.numbers.tolist(), block.text.split(b"\n"), strict=False)
-        line_number, line = next((k, line) for k, line in lines if parse(line + b"\n") is None)
-        raise InputError(f"{path}:{line_number}: {decode(line).strip()[:80]!r} cannot be read: {needed}")
+        lines, first, last = block.text.split(b"\n"), 0, len(block)
+        while last - first > 1:  # the first wrong line is one of these
+            middle = (first + last) // 2
+            is_before = parse(b"\n".join([*lines[first:middle], b""])) is None
+            first, last = (first, middle) if is_before else (middle, last)
+        line = decode(lines[first]).strip()[:80]
+        raise InputError(f"{path}:{block.numbers[first]}: {line!r} cannot be read: {needed}")
     return found
 
 
