@@ -84,6 +84,8 @@ function make(name, properties, ...children) {
 }
 
 const options = names => names.map(name => new Option(name.split("/").pop(), name));
+// Round numbers from 1e-8 to 1e6: many, fewer, and few.
+const ROUND = [[1, 1.5, 2, 3, 5, 7], [1, 2, 5], [1]].map(of => [...Array(15).keys()].flatMap(k => of.map(m => m * 10 ** (k - 8))));
 const rounded = (value, digits) => String(Number(Number(value).toPrecision(digits)));
 const three = value => rounded(value, 3), two = value => rounded(value, 2);
 const setText = (element, text) => { if (element.textContent !== text) element.textContent = text; };
@@ -446,10 +448,10 @@ function render({ model, el }) {
     statistics.hidden = !curves.length;
     if (!curves.length) return;
     const [w, h, left, bottom] = [280, 190, 44, 40], points = curves.flatMap(([, of]) => of);
-    const axis = (k, from, to) => { // logarithmic, with four numbers at equal distances
+    const axis = (k, from, to) => { // logarithmic
       const logs = points.map(point => Math.log(point[k])), low = Math.min(...logs) - 0.2, high = Math.max(...logs) + 0.2;
-      return { at: value => from + (to - from) * (Math.log(value) - low) / (high - low),
-        ticks: [0.05, 0.35, 0.65, 0.95].map(share => Math.exp(low + share * (high - low))) };
+      const ticks = ROUND.map(of => of.filter(v => Math.log(v) > low && Math.log(v) < high)).find(of => of.length < 7);
+      return { at: value => from + (to - from) * (Math.log(value) - low) / (high - low), ticks };
     };
     const x = axis(0, left, w - 6), y = axis(1, h - bottom, 8);
     const lines = curves.map(([name, of], i) => `<g style="--colour: ${COLOURS[i % COLOURS.length]}">`

@@ -49,6 +49,7 @@ from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
 REST_EVERY, ERROR_EVERY = 0.4, 0.4  # seconds between two lossless pictures, and between two estimates of the error
+ERROR_REST = 3.0  # times as long as the last estimate took before the next one: pictures need the time more
 ERROR_SHARE = 0.02  # more of the rendered seconds before the next estimate: the chart of an hour has 300 points
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
@@ -470,13 +471,15 @@ class Session(Channel):
         is_known = self.now() < self._next_error and all(id(one) in self.errors for one in random)
         if not random or self.is_moving or is_known:
             return
+        begin = self.now()
         self.errors = {id(one): error_of(one) for one in random}
+        rest = ERROR_REST * (self.now() - begin)
         self.curves = {}
         for side, renderer in zip(SIDES, self.renderers, strict=False):
             for name, curve in renderer.error_curves.items():
                 points = [[p.seconds, float(p.error)] for p in curve if np.isfinite(p.error) and p.error > 0]
                 self.curves[name if self.mode == OFF else f"{side}: {name}"] = points
-        self._next_error = self.now() + max(ERROR_EVERY, ERROR_SHARE * self.renderer.rendered_seconds)
+        self._next_error = self.now() + max(ERROR_EVERY, rest, ERROR_SHARE * self.renderer.rendered_seconds)
 
     def page_state(self, shown: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
         """What a page shows beside the pictures: what is chosen, what can be chosen, and what is known of them."""
