@@ -37,7 +37,7 @@ class OwnCodeError(InputError):
 
 
 class CannotCompileError(InputError):
-    """The backend of a graphics card cannot compile a kernel. The argument says which backend, and why."""
+    """The backend of a graphics card cannot compile or run a kernel. The argument says which backend, and why."""
 
     def __str__(self) -> str:
         return f"{self.args[0]}: use the CPU, by --arch cpu or tt.init('cpu')"

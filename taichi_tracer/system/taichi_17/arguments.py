@@ -292,7 +292,10 @@ _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 
 
 def launching(call: Callable) -> Callable:
-    """``Kernel.__call__``, one after the other; it reads a kernel again whose objects have other fields by now."""
+    """``Kernel.__call__``, one after the other; it reads a kernel again whose objects have other fields by now.
+
+    What a GPU's backend cannot compile or run gives a message of one line, with what works instead.
+    """
 
     @one_at_a_time
     @functools.wraps(call)
@@ -310,26 +313,22 @@ def launching(call: Callable) -> Callable:
             for key in dead:
                 del self.compiled_kernels[key]
             return call(self, *arguments, **named)
+        except RuntimeError as error:
+            arch = impl.current_cfg().arch
+            if type(error) is not RuntimeError or arch in (ti.x64, ti.arm64):
+                raise
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            raise CannotCompileError(f"{arch.name} cannot run a kernel of this scene ({lines[0]})") from error
 
     return called
 
 
 def counting_translating(compile_it: Callable) -> Callable:
-    """``Program.compile_kernel``, which reports each kernel to ``compiling``.
-
-    What a GPU's backend cannot compile gives a message of one line, with what works instead.
-    """
+    """``Program.compile_kernel``, which reports each kernel to ``compiling``."""
 
     @functools.wraps(compile_it)
     def compiled(*words: Any) -> Any:
-        try:
-            with stage(KERNELS_MADE), compiling.translating(words[-1]):
-                return compile_it(*words)
-        except RuntimeError as error:
-            arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program
-            if arch in (None, ti.x64, ti.arm64):
-                raise
-            lines = str(error).strip().splitlines() or [type(error).__name__]
-            raise CannotCompileError(f"{arch.name} cannot compile a kernel ({lines[0]})") from error
+        with stage(KERNELS_MADE), compiling.translating(words[-1]):
+            return compile_it(*words)
 
     return compiled

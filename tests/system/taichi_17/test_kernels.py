@@ -17,16 +17,17 @@ def nothing_counted(monkeypatch):
         monkeypatch.setattr(compiling, name, empty)
 
 
-def test_what_a_gpu_cannot_compile_is_one_line():
+def test_what_a_gpu_cannot_compile_or_run_is_one_line(monkeypatch):
     def fails(*_words):
-        raise RuntimeError("[lower_matrix_ptr.cpp:visit@535] not dynamic indexable.\nFile ...")
+        raise RuntimeError("\n[lower_matrix_ptr.cpp:visit@535] not dynamic indexable.\nFile ...")
 
-    translate = kernels.counting_translating(fails)
-    kernel = SimpleNamespace()
-    with pytest.raises(InputError, match=r"^vulkan cannot compile a kernel \(.*not dynamic indexable.\): use the CPU"):
-        translate(SimpleNamespace(arch=ti.vulkan), None, kernel)
+    launch, config = kernels.launching(fails), SimpleNamespace(arch=ti.vulkan)
+    monkeypatch.setattr(kernels.impl, "current_cfg", lambda: config)
+    with pytest.raises(InputError, match=r"^vulkan cannot run a kernel .*\(.*not dynamic indexable.\): use the CPU"):
+        launch(None)
+    config.arch = ti.x64
     with pytest.raises(RuntimeError, match="lower_matrix_ptr"):
-        translate(SimpleNamespace(arch=ti.x64), None, kernel)
+        launch(None)
 
 
 def test_a_power_of_a_power_does_not_end_the_process(f32):
