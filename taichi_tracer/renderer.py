@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import taichi as ti
 
 from taichi_tracer.files.images import Picture
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_bounces, check_terms
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer_parts import IntegratorChoice
@@ -315,8 +315,6 @@ class A4Renderer(ProgressiveRenderer):
         """
         asked = list(range(self.max_bounces + 1)) if bounces is None else list(bounces)
         terms = [(one, one) if isinstance(one, int) else one for one in asked]
-        for term in terms:
-            check_bounces(term)
         check_terms(terms, self.max_bounces)
         if self.adaptive:
             raise InputError("pictures by bounce need the same samples in all of them: give adaptive=False")

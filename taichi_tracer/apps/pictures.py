@@ -19,7 +19,7 @@ import taichi_tracer
 from taichi_tracer.apps.console import note
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.environment import Environment, check_intensity, load_environment
+from taichi_tracer.environment import check_intensity, load_environment
 from taichi_tracer.explain.maps import find_measured
 from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.formulas.view import without_angle
@@ -187,13 +187,14 @@ class Picture:
 
     Attributes:
         settings: with the size, the crop window and the samples of this picture.
-        views: what to show, one file each.
+        renderer_class, integrator: what to show, and the renderer that offers it.
         names_view: whether the user says what to show.
         shot: what the scene file says; None for a mesh.
     """
 
     settings: RenderSettings
-    views: tuple[View, ...]
+    renderer_class: type[ProgressiveRenderer]
+    integrator: Integrator
     names_view: bool
     shot: "Shot | None"
 
@@ -218,8 +219,7 @@ class Picture:
         ``USUAL_SECONDS``; pictures by bounce need the same samples each.
         """
         of = self.settings
-        is_said = any(one is not None for one in (of.spp, of.time, of.error))
-        if not is_said and any(renderer_class.jitters for renderer_class, _ in self.views):
+        if self.renderer_class.jitters and not of.given("spp", "time", "error"):
             return Target(USUAL_SPP, USUAL_SECONDS if len(of.bounces) < 2 else None, is_usual=True)
         return Target.of(of.spp, of.time, None if of.error is None else of.error / 100)
 
@@ -227,7 +227,7 @@ class Picture:
     def is_long(self) -> bool:
         """Whether so many samples are asked for that the hierarchy that compiles longer, and renders faster, pays."""
         width, height = self.settings.size
-        return any(one.needs_light for _, one in self.views) and width * height * (self.target.spp or USUAL_SPP) >= MANY
+        return self.integrator.needs_light and width * height * (self.target.spp or USUAL_SPP) >= MANY
 
     @property
     def is_encoded(self) -> bool:
@@ -239,31 +239,21 @@ class Picture:
         """What is said of the values of renderers, by name."""
         return {**({} if self.shot is None else self.shot.integrator.values), **self.settings.values()}
 
-    def view_of(self, view: dict) -> dict:
-        """The parameters of the camera, from those of the scene or of the scene file."""
-        width, height = self.settings.size
-        return camera_for(self.settings, view, width / height)
-
     def make_camera(self, scene: SceneData) -> ProjectiveCamera:
         """The camera, with the size of the picture."""
         width, height = self.settings.size
         view = scene.view_for(width / height) if self.shot is None else self.shot.view
-        return make_camera(width, height, **self.view_of(view))
+        return make_camera(width, height, **camera_for(self.settings, view))
 
-    def make_renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
-        """A renderer of this picture."""
+    def make_renderer(self, scene: SceneData) -> ProgressiveRenderer:
+        """The renderer that shows this picture."""
         options = self.settings.given(*RENDERER_ARGUMENTS) | {"jitter": self.settings.jitter or None}
-        renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
+        renderer = self.renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
         known = renderer.values().keys()
         for name, value in self.values.items():
             if name in known:
                 renderer.change(name, find_measured(value) if name == "of" else value)
-        return renderer.set_display(self.settings.exposure, self.settings.tone)
-
-    def first_renderer(self, scene: SceneData) -> ProgressiveRenderer:
-        """A renderer that shows the first view."""
-        renderer_class, integrator = self.views[0]
-        return self.make_renderer(renderer_class, scene).use(integrator.name)
+        return renderer.set_display(self.settings.exposure, self.settings.tone).use(self.integrator.name)
 
 
 @dataclass(frozen=True)
@@ -272,6 +262,7 @@ class Request:
 
     Attributes:
         settings: what the user says. document: the scene file, where it is one of RT3; None for a mesh.
+        pictures: one for each view of each film of the scene file.
     """
 
     settings: RenderSettings
@@ -279,58 +270,34 @@ class Request:
     pictures: tuple[Picture, ...]
 
     def single(self, command: str) -> Picture:
-        """The only picture.
-
-        Raises:
-            InputError: there are several, or one has several views.
-        """
-        if len(self.pictures) > 1 or len(self.pictures[0].views) > 1:
+        """The only picture; an InputError if there are several."""
+        if len(self.pictures) > 1:
             raise InputError(f"{command} takes one picture: name one view or estimator, or a scene file with one film")
         return self.pictures[0]
-
-    @property
-    def environment(self) -> str | None:
-        """The name of the light from far away; ``USUAL_LIGHT`` where light is shown and nobody says it; or None."""
-        of = self.settings
-        in_file = None if self.document is None else self.document.environment
-        if of.environment is not None:
-            return None if of.environment == NO_NAME else of.environment
-        return str(in_file) if in_file is not None else USUAL_LIGHT if self.may_add_light else None
-
-    @property
-    def may_add_light(self) -> bool:
-        """Whether a scene without light gets ``USUAL_LIGHT``: light is shown, and nobody says which."""
-        if self.settings.environment is not None or self.settings.lights:
-            return False
-        is_in_file = self.document is not None and self.document.environment is not None
-        return not is_in_file and any(one.needs_light for picture in self.pictures for _, one in picture.views)
-
-    def load_environment(self) -> Environment | None:
-        """Read the light from far away."""
-        name, options = self.environment, self.settings.given(*OF_LIGHT)
-        if self.settings.environment is None and self.document is not None and self.document.environment is not None:
-            options = {**self.document.environment_options, **options}
-        return None if name is None else load_environment(name, **options)
 
     def load(self, is_long: bool = False) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr.
 
+        A scene without light gets ``USUAL_LIGHT`` where light is shown, and nobody says which.
+
         Args:
             is_long: whether many samples follow, so that the wide hierarchy pays: it compiles longer, renders faster.
         """
-        start_taichi(self.settings)
-        options = self.settings.given(*SCENE_ARGUMENTS)
-        is_said = self.document is not None and self.document.intersector is not None
+        of, document = self.settings, self.document
+        start_taichi(of)
+        options, of_light = of.given(*SCENE_ARGUMENTS), of.given(*OF_LIGHT)
+        is_said = document is not None and document.intersector is not None
         if is_long and not is_said and not replaced(BVHRayIntersector):
             options.setdefault("intersector", "wide_bvh")
-        if not self.may_add_light:
-            options["environment"] = self.load_environment()
-        if self.document is None:
-            scene = load_scene_data(self.settings.scene, **options)
-        else:
-            scene = scene_of_document(self.document, **options)
-        if self.may_add_light and not scene.effects.is_lit:
-            scene.set_environment(self.load_environment())
+        if of.environment is not None:
+            options["environment"] = None if of.environment == NO_NAME else load_environment(of.environment, **of_light)
+        elif document is not None and document.environment is not None:
+            of_light = document.environment_options | of_light
+            options["environment"] = load_environment(str(document.environment), **of_light)
+        scene = load_scene_data(of.scene, **options) if document is None else scene_of_document(document, **options)
+        shows_light = any(one.integrator.needs_light for one in self.pictures)
+        if shows_light and not of.lights and "environment" not in options and not scene.effects.is_lit:
+            scene.set_environment(load_environment(USUAL_LIGHT, **of_light))
             note(f"nothing in this scene emits light: {USUAL_LIGHT} lights it; --environment none leaves it dark")
         for text in scene.notes:
             note(text)
@@ -343,12 +310,8 @@ def start_taichi(settings: RenderSettings) -> None:
         runtime.init(**settings.given("arch", "precision"), fast_math=settings.fast_math)
 
 
-def camera_for(settings: RenderSettings, view: dict, aspect: float) -> dict:
-    """The parameters of ``make_camera``: those of a view, and instead of them what the settings say.
-
-    Args:
-        aspect: width / height of the picture.
-    """
+def camera_for(settings: RenderSettings, view: dict) -> dict:
+    """The parameters of ``make_camera``: those of a view, and instead of them what the settings say."""
     changed = dict(view) if settings.camera is None else change_projection(view, settings.camera)
     if settings.fov is not None or settings.window is not None:
         changed.pop("fov", None)
@@ -356,8 +319,9 @@ def camera_for(settings: RenderSettings, view: dict, aspect: float) -> dict:
     changed |= settings.given("eye", "at", "up", "fov", "handedness")
     if settings.window is not None:
         changed["screen_window"] = settings.window
+    width, height = settings.size
     is_parallel = issubclass(PARTS.find("camera", changed.get("projection", "perspective")), OrthographicCamera)
-    return without_angle(changed, aspect) if is_parallel else changed
+    return without_angle(changed, width / height) if is_parallel else changed
 
 
 def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> ProgressiveRenderer:
@@ -369,8 +333,9 @@ def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> Progre
     request = request_of(settings)
     picture, scene = request.pictures[0], request.load(is_long=True)
     if begins_lit and not picture.names_view and picture.shot is None and scene.effects.is_lit:
-        picture = replace(picture, views=find_views("mis"))
-    return picture.first_renderer(scene)
+        ((renderer_class, integrator),) = find_views("mis")
+        picture = replace(picture, renderer_class=renderer_class, integrator=integrator)
+    return picture.make_renderer(scene)
 
 
 # ── from settings ──
@@ -382,19 +347,18 @@ def request_of(settings: RenderSettings) -> Request:
     Raises:
         InputError: a name is unknown, or a value is out of its range.
     """
-    path = find_scene(settings.scene)
-    document = None
+    path, document = find_scene(settings.scene), None
     if is_document(path):
         from taichi_tracer.rt3.document import read_rt3
 
         document = read_rt3(path)
     check(settings)
-    pictures = tuple(picture_of(settings, shot) for shot in ([None] if document is None else document.shots))
-    return Request(settings, document, pictures)
+    shots = [None] if document is None else document.shots
+    return Request(settings, document, tuple(picture for shot in shots for picture in pictures_of(settings, shot)))
 
 
-def picture_of(settings: RenderSettings, shot: "Shot | None") -> Picture:
-    """One picture: of a mesh, or as the scene file says where the settings say nothing."""
+def pictures_of(settings: RenderSettings, shot: "Shot | None") -> list[Picture]:
+    """The pictures of a mesh, a view each; or one as the scene file says where the settings say nothing."""
     of_file: dict[str, Any] = {"size": size(PICTURE_SIZE), "crop": WHOLE, "view": VIEW}
     if shot is not None:
         film, integrator = shot.film, shot.integrator
@@ -405,13 +369,13 @@ def picture_of(settings: RenderSettings, shot: "Shot | None") -> Picture:
     if settings.quick:
         of_file["size"] = tuple(max(1, side // QUICK) for side in of_file["size"])
     whole = replace(settings, **of_file, quick=False)
-    picture = Picture(whole, find_views(whole.view), settings.view is not None, shot)
-    if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
-        shown = ", ".join(integrator.name for _, integrator in picture.views)
+    pictures = [Picture(whole, *view, settings.view is not None, shot) for view in find_views(whole.view)]
+    if not pictures[0].display.is_plain and not any(one.integrator.srgb for one in pictures):
+        shown = ", ".join(one.integrator.name for one in pictures)
         advice = "give what shows light, as with --estimator mis"
-        raise InputError(f"{picture.display}: {shown} shows data, which neither of them changes: {advice}")
-    _ = picture.crop, picture.target  # a window without pixels is an error before any work is done
-    return picture
+        raise InputError(f"{pictures[0].display}: {shown} shows data, which neither of them changes: {advice}")
+    _ = pictures[0].crop, pictures[0].target  # a window without pixels is an error before any work is done
+    return pictures
 
 
 def check(settings: RenderSettings) -> None:

@@ -33,58 +33,12 @@ def leave_at_once() -> None:
     An exception would not do it: while modules are imported and kernels compiled, it can be swallowed, or come out as
     another error.
     """
-    for number in SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, leave)
+    Interruption(lambda: False).__enter__()
     compiling.watchers.append(WhileCompiling())
 
 
-def leave(number: int, _frame=None) -> None:
-    """End the process, with a line on stderr."""
-    with contextlib.suppress(Exception):  # stdout may be the one that is being written to
-        sys.stdout.flush()
-    new_folders.remove_empty()
-    os.write(2, f"taichi-tracer: {SIGNALS[number]}\n".encode())
-    os._exit(EXIT_CODE + number)
-
-
-class WhileCompiling:
-    """While Taichi translates a large kernel, Python sees no signal for seconds: the system ends the process then.
-
-    A terminal shows the name of the kernel meanwhile.
-    """
-
-    def __init__(self) -> None:
-        self._former: dict[int, Any] = {}
-
-    def begins(self, kernel: compiling.Kernel) -> None:
-        """Show the line, and leave the signals to the system if nothing is lost when the process ends."""
-        is_main = threading.current_thread() is threading.main_thread()
-        if not is_main or kernel.reading < LONG_READING:
-            return
-        show(f"{CLEAR}compiling {kernel.name} ...")
-        for number in SIGNALS:
-            handler = signal.getsignal(number)
-            interruption = getattr(handler, "__self__", None)
-            if handler is leave or (isinstance(interruption, Interruption) and not interruption.has_come()):
-                self._former[number] = signal.signal(number, signal.SIG_DFL)
-
-    def ends(self) -> None:
-        """Take both back."""
-        if self._former:
-            show(CLEAR)
-        while self._former:
-            signal.signal(*self._former.popitem())
-
-
-def show(text: str) -> None:
-    """Write on the terminal, if there is one."""
-    if sys.stderr.isatty():
-        print(text, end="", file=sys.stderr, flush=True)
-
-
 class Interruption:
-    """Makes a signal wait until the picture is kept.
+    """Makes a signal wait until the picture is kept; it ends the process at once where nothing is lost by that.
 
     Args:
         has_come: whether something would be lost if the process ended now.
@@ -110,7 +64,11 @@ class Interruption:
         if self.number is None and self.has_come():
             self.number, self._since = number, time.monotonic()
         elif self.number is None or time.monotonic() - self._since > SAME:
-            leave(number)
+            with contextlib.suppress(Exception):  # stdout may be the one that is being written to
+                sys.stdout.flush()
+            new_folders.remove_empty()
+            os.write(2, f"taichi-tracer: {SIGNALS[number]}\n".encode())
+            os._exit(EXIT_CODE + number)
 
     def __exit__(self, *_error) -> None:
         for number, former in self._former.items():
@@ -125,6 +83,39 @@ class Interruption:
     def exit_code(self) -> int:
         """The exit code of a program that the signal ended."""
         return EXIT_CODE + self.number
+
+
+class WhileCompiling:
+    """While Taichi translates a large kernel, Python sees no signal for seconds: the system ends the process then.
+
+    A terminal shows the name of the kernel meanwhile.
+    """
+
+    def __init__(self) -> None:
+        self._former: dict[int, Any] = {}
+
+    def begins(self, kernel: compiling.Kernel) -> None:
+        """Show the line, and leave the signals to the system if nothing is lost when the process ends."""
+        if threading.current_thread() is not threading.main_thread() or kernel.reading < LONG_READING:
+            return
+        show(f"{CLEAR}compiling {kernel.name} ...")
+        for number in SIGNALS:
+            interruption = getattr(signal.getsignal(number), "__self__", None)
+            if isinstance(interruption, Interruption) and not interruption.has_come():
+                self._former[number] = signal.signal(number, signal.SIG_DFL)
+
+    def ends(self) -> None:
+        """Take both back."""
+        if self._former:
+            show(CLEAR)
+        while self._former:
+            signal.signal(*self._former.popitem())
+
+
+def show(text: str) -> None:
+    """Write on the terminal, if there is one."""
+    if sys.stderr.isatty():
+        print(text, end="", file=sys.stderr, flush=True)
 
 
 def written(path: Path, write: Callable[[Path], None]) -> Path:

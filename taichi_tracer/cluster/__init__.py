@@ -88,13 +88,13 @@ def render(
     context: Any = connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
     with context as connection, noting_reads() as paths:
         request = request_of(settings)
-        renderer = request.single("cluster.render").first_renderer(request.load())
+        renderer = request.single("cluster.render").make_renderer(request.load())
         if checkpoint is not None and Path(checkpoint).exists():
             renderer.load_checkpoint(checkpoint)
             spp = None if spp is None else spp - renderer.samples
         try:
             if spp is None or spp > 0:
-                renders_on(connection, settings, paths, renderer, (0, 0, None))(spp, time, error, watch)
+                renders_on(connection, settings, paths, renderer, (0, None))(spp, time, error, watch)
         finally:
             if checkpoint is not None and renderer.samples > 0 and renderer.is_random:
                 renderer.save_checkpoint(checkpoint)

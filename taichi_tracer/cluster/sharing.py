@@ -185,7 +185,7 @@ def turntable(args: Namespace) -> int:
         def renders_frame(renderer: Any, eye: Any) -> Callable:
             """What takes the samples of a frame: the workers get a command line with its eye."""
             settings = replace(RenderSettings.of(args), eye=tuple(eye.tolist()))
-            return renders_on(cluster, settings, paths, renderer, (0, 0, None))
+            return renders_on(cluster, settings, paths, renderer, (0, None))
 
         try:
             return turntable_command.run(args, renders_frame)
@@ -200,7 +200,7 @@ def renders_on(
 
     Args:
         paths: the files that were read since the settings were read.
-        which: number of the picture that the settings ask for, number of its view, and bounces or None.
+        which: number of the picture that the settings ask for, and bounces or None.
     """
     if not renderer.is_random:
         note(f"{renderer.active.name} needs one sample: it is rendered here")

@@ -68,7 +68,7 @@ class Job:
     Attributes:
         settings: those of the picture that are not the default; files are named by their places.
         files: place → content.
-        which: (number of the picture, number of its view, bounces or None), where settings ask for several.
+        which: (number of the picture, bounces or None), where settings ask for several.
         threads: how many processors a worker uses; None for all.
         facts: everything that the bits of the picture depend on, as the sender has them; None does not check them.
         shares: of the pixels of an adaptive picture, see ``picture.adaptive``.
@@ -77,7 +77,7 @@ class Job:
 
     settings: dict[str, Any]
     files: dict[str, bytes]
-    which: tuple = (0, 0, None)
+    which: tuple = (0, None)
     threads: int | None = None
     facts: dict[str, Any] | None = None
     shares: Any = None
@@ -198,11 +198,10 @@ def renderer_of(job: Job, directory: str) -> Any:
     renderer = kept["renderer"]
     if renderer is not None and kept["job"] is job:
         return renderer
-    picture_number, view_number, bounces = job.which
-    picture = request_of(job.settings_in(kept["folder"])).pictures[picture_number]
+    number, bounces = job.which
+    picture = request_of(job.settings_in(kept["folder"])).pictures[number]
     if renderer is None:
-        renderer_class, integrator = picture.views[view_number]
-        renderer = picture.make_renderer(renderer_class, kept["scene"]).use(integrator.name)
+        renderer = picture.make_renderer(kept["scene"])
         if bounces is not None:
             renderer.bounces = tuple(bounces)
         renderer.begin()

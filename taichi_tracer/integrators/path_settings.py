@@ -149,7 +149,9 @@ def check_bounces(bounces) -> None:
 def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
     """Raise an InputError unless the terms can be added up: no bounce twice, and none that no path makes."""
     owners: dict[int, str] = {}
-    for first, last in terms:
+    for term in terms:
+        check_bounces(term)
+        first, last = term
         name = name_of_bounces((first, last))
         if first > max_bounces:
             raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")

@@ -43,11 +43,11 @@ def test_options_win(scene):
     scene(crop="0.5 1 0.5 1")
     (picture,), paths = asked()
     assert (picture.settings.size, picture.crop) == ((32, 24), (16, 32, 12, 24))
-    assert [choice.name for _, choice in picture.views] == ["flat"]
+    assert picture.integrator.name == "flat"
     assert (picture.target.spp, paths) == (1, ["pictures/ball.png"])
     (picture,), paths = asked("--size", "20x10", "--crop", "0", "1", "0", "0.5", "--view", "mis", "--spp", "3")
     assert (picture.settings.size, picture.crop, picture.target.spp) == ((20, 10), (0, 20, 0, 5), 3)
-    assert [choice.name for _, choice in picture.views] == ["mis"]
+    assert picture.integrator.name == "mis"
     assert paths == ["renders/scene_mis.png"]
     (picture,), paths = asked("--quick", "-o", "b.ppm")
     assert (picture.settings.size, paths) == ((8, 6), ["b.ppm"])
@@ -57,7 +57,7 @@ def test_every_picture_of_a_document_has_its_file(scene, capsys):
     scene(tail='<integrator type="direct" estimator="brdf" spp="9"/><render_again/>')
     found, paths = asked()
     assert [picture.target.spp for picture in found] == [1, 9]
-    assert [picture.views[0][1].name for picture in found] == ["flat", "brdf"]
+    assert [picture.integrator.name for picture in found] == ["flat", "brdf"]
     assert paths == ["pictures/ball.png", "pictures/ball_2.png"]
     assert asked("-o", "there/")[1] == ["there/ball.png", "there/ball_2.png"]
     assert asked("--view", "normal")[1] == ["renders/scene_normal.png", "renders/scene_normal_2.png"]

@@ -6,7 +6,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.console import as_value
-from taichi_tracer.apps.pictures import request_of
+from taichi_tracer.apps.pictures import camera_for, request_of
 from taichi_tracer.settings import RenderSettings
 
 
@@ -16,7 +16,8 @@ def parsed(*words):
 
 def test_light_is_added_only_where_there_is_none():
     def environment_of(*words):
-        return parsed("render", "cube", *words).environment
+        environment = parsed("render", "cube", *words).load().environment
+        return None if environment is None else environment.name
 
     assert environment_of("--view", "normal") is None
     assert environment_of("--view", "normal,mis") == "studio"
@@ -28,7 +29,7 @@ def test_light_is_added_only_where_there_is_none():
 def test_a_camera_takes_what_is_given_and_leaves_the_rest():
     def view_of(*words):
         (picture,) = parsed("render", "cube", "--size", "20x10", *words).pictures
-        return picture.view_of({"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 90.0})
+        return camera_for(picture.settings, {"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 90.0})
 
     assert view_of() == {"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 90.0}
     assert view_of("--eye", "-1", "2", "3")["eye"] == (-1, 2, 3)

@@ -151,7 +151,7 @@ def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
     assert words[:3] == ["taichi-tracer", "render", "cornell_box"]
     args = make_parser().parse_args([as_value(word) for word in words[1:]])
     (picture,) = request_of(RenderSettings.of(args)).pictures
-    again = picture.make_renderer(A1Renderer, scene)
+    again = picture.make_renderer(scene)
     for name in ("eye", "at", "up", "fov"):
         np.testing.assert_allclose(getattr(again.camera, name), getattr(renderer.camera, name), rtol=1e-8)
     assert again.camera.handedness == "right"

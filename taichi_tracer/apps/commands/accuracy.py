@@ -122,7 +122,7 @@ def settings_of(args: Namespace) -> RenderSettings:
 
 def bench_of(args: Namespace) -> Bench:
     """What renders the scenes of the study."""
-    settings, (width, height) = settings_of(args), args.size
+    settings = settings_of(args)
     check(settings)
     return Bench(
         args.scene,
@@ -130,7 +130,7 @@ def bench_of(args: Namespace) -> Bench:
         args.size,
         parts=tuple(args.parts),
         of_scene=settings.given("brdfs", "lights", "up_axis", "two_sided_lamps"),
-        view_of=partial(camera_for, settings, aspect=width / height),
+        view_of=partial(camera_for, settings),
         **settings.given("arch", "intensity", "rotation"),
     )
 

@@ -4,7 +4,7 @@ from argparse import Namespace
 from dataclasses import replace
 
 from taichi_tracer.apps.console import Parser
-from taichi_tracer.apps.pictures import Request, find_views, request_of
+from taichi_tracer.apps.pictures import Request, camera_for, find_views, request_of
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.settings import CAMERA, OF_SCENE, PICTURE_SIZE, RenderSettings, add_option, add_options, add_scene
 from taichi_tracer.system.argument_types import size
@@ -37,7 +37,7 @@ def run(args: Namespace) -> int:
 
 def seen(request: Request) -> SceneData:
     """A scene, seen from where the camera of its first picture is."""
-    scene, picture = request.load(), request.pictures[0]
-    width, height = picture.settings.size
-    scene.view = picture.view_of(scene.view_for(width / height))
+    scene, settings = request.load(), request.pictures[0].settings
+    width, height = settings.size
+    scene.view = camera_for(settings, scene.view_for(width / height))
     return scene

@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
     if (args.pixel is not None) + args.worst + args.non_finite != 1:
         raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
     check_place(args.json, args.html)
-    renderer = picture.first_renderer(request.load())
+    renderer = picture.make_renderer(request.load())
     samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)
     if found is None:

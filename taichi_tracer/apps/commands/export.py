@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.apps.console import Parser, note
-from taichi_tracer.apps.pictures import Picture, request_of
+from taichi_tracer.apps.pictures import Picture, camera_for, request_of
 from taichi_tracer.files import read
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.geometry import clean
@@ -64,7 +64,7 @@ def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
     film = replace(film, width=width, height=height, crop_window=picture.settings.crop)
-    return Shot(picture.view_of(view), film, integrator)
+    return Shot(camera_for(picture.settings, view), film, integrator)
 
 
 def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: float) -> dict:
@@ -78,13 +78,11 @@ def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: 
 
 def _integrator_of(picture: Picture) -> IntegratorSettings:
     """The integrator that shows what was asked for."""
-    renderer_class, shown = picture.views[0]
-    if issubclass(renderer_class, RT3Renderer):
-        return IntegratorSettings(shown.name)
-    if issubclass(renderer_class, A2Renderer):
-        return IntegratorSettings(shown.name, picture.target.spp)
-    if shown.name not in SAME_AS:
-        raise InputError(
-            f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."
-        )
-    return IntegratorSettings(SAME_AS[shown.name])
+    name = picture.integrator.name
+    if issubclass(picture.renderer_class, RT3Renderer):
+        return IntegratorSettings(name)
+    if issubclass(picture.renderer_class, A2Renderer):
+        return IntegratorSettings(name, picture.target.spp)
+    if name not in SAME_AS:
+        raise InputError(f"RT3 has no integrator that shows {name!r}: known are normal, flat, depth_map, mis, ...")
+    return IntegratorSettings(SAME_AS[name])

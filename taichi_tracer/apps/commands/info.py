@@ -12,7 +12,7 @@ from taichi_tracer.settings import OF_PICTURE, OF_SCENE, RenderSettings, add_sce
 from taichi_tracer.system.errors import digits, digits_of
 from taichi_tracer.system.parts import PARTS
 
-RECEIPT_SIZE = 8  # pixels on a side: the receipt is the same for every size
+RECEIPT_SIZE = 8, 8  # pixels: the receipt is the same for every size
 
 
 def add_arguments(parser: Parser) -> None:
@@ -22,12 +22,10 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Print the facts of a scene, and the receipt of the first picture that is asked for."""
-    request = request_of(RenderSettings.of(args))
-    picture, *_ = request.pictures
-    scene = request.load()
-    small = replace(picture, settings=replace(picture.settings, size=(RECEIPT_SIZE, RECEIPT_SIZE), crop=WHOLE))
-    lines = [*describe(small.first_renderer(scene)), *own_parts(request.settings.parts)]
-    print("\n".join(lines))
+    settings = replace(RenderSettings.of(args), size=RECEIPT_SIZE, quick=False, crop=WHOLE)
+    request = request_of(settings)
+    renderer = request.pictures[0].make_renderer(request.load())
+    print("\n".join([*describe(renderer), *own_parts(settings.parts)]))
     return 0
 
 

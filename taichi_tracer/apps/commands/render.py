@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.apps.console import CLUSTER, PICTURE_FOLDER, Parser, add_cluster_option, load, note
-from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import Picture, Request, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
+from taichi_tracer.files.checkpoint import EXTENSION
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, check_writable, encode_png, save_image
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_terms, in_words
 from taichi_tracer.picture.aovs import channel_names, find_aovs
 from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
 from taichi_tracer.picture.error_estimate import percent
@@ -50,7 +51,7 @@ GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked whe
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MOST_PLACES = 3  # of samples that are not finite: how many are printed
-# On a cluster: a renderer, and (number of the picture, number of its view, bounces or None) → what takes the place of
+# On a cluster: a renderer, and (number of the picture, bounces or None) → what takes the place of
 # ``renderer.render``.
 RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
 
@@ -119,31 +120,30 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
 
         watch = stopwatch.start(args.started)
     scene, before = load_scene(request, args.started)
-    following = iter(paths)
-    for i, picture in enumerate(request.pictures):
-        made = {}
-        for j, ((renderer_class, integrator), files) in enumerate(zip(picture.views, following, strict=False)):
-            if renderer_class not in made:
-                with stage(stopwatch.FILM):
-                    made[renderer_class] = picture.make_renderer(renderer_class, scene)
-            renderer = made[renderer_class].use(integrator.name)
-            shown = []
-            for path, bounces in zip(files, request.settings.bounces or (None,), strict=False):
-                if bounces is not None:
-                    renderer.bounces = bounces
-                render = renderer.render if elsewhere is None else elsewhere(renderer, (i, j, bounces))
-                renderer.reset()
-                with Interruption(lambda of=renderer: of.samples > 0) as interruption:
-                    make_picture(renderer, picture, args, path, before, interruption, render)
-                if interruption.number is not None:
-                    of = "" if args.spp is None else f" of {args.spp}"
-                    print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
-                    return interruption.exit_code
-                if args.against is not None:
-                    write_against(renderer, picture, request, path)
-                shown.append(renderer.film.own_pixels(renderer.image()))
-            if len(shown) > 1:
-                write_sheet(shown, request.settings.bounces, files[-1], picture)
+    renderer, settings = None, None
+    for k, (picture, files) in enumerate(zip(request.pictures, paths, strict=True)):
+        if picture.renderer_class is type(renderer) and picture.settings is settings:  # of the same film
+            renderer.use(picture.integrator.name)
+        else:
+            with stage(stopwatch.FILM):
+                renderer, settings = picture.make_renderer(scene), picture.settings
+        shown = []
+        for path, bounces in zip(files, request.settings.bounces or (None,), strict=False):
+            if bounces is not None:
+                renderer.bounces = bounces
+            render = renderer.render if elsewhere is None else elsewhere(renderer, (k, bounces))
+            renderer.reset()
+            with Interruption(lambda of=renderer: of.samples > 0) as interruption:
+                make_picture(renderer, picture, args, path, before, interruption, render)
+            if interruption.number is not None:
+                of = "" if args.spp is None else f" of {args.spp}"
+                print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
+                return interruption.exit_code
+            if args.against is not None:
+                write_against(renderer, picture, request, path)
+            shown.append(renderer.film.own_pixels(renderer.image()))
+        if len(shown) > 1:
+            write_sheet(shown, request.settings.bounces, files[-1], picture)
     if args.profile:
         stopwatch.stop()
         print(described(watch, compiling.kernels(watch.started)), flush=True)
@@ -165,8 +165,7 @@ def write_against(renderer: ProgressiveRenderer, picture: Picture, request: Requ
         raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
 
     def rendered() -> np.ndarray:
-        made = picture.make_renderer(type(renderer), request.load()).use(renderer.active.name)
-        return np.asarray(made.render(renderer.samples).image())
+        return np.asarray(picture.make_renderer(request.load()).render(renderer.samples).image())
 
     with course.reference():
         expected = rendered()
@@ -215,25 +214,26 @@ def make_picture(
         InputError: the rendering ended before its targets; what came is written, and the message says how to go on.
     """
     channels = renderer.channels(args.aov)  # first, because the picture may take hours
-    keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
-    incomplete = None
     try:
-        add_samples(renderer, keeper, picture.target, interruption, render)
+        add_samples(renderer, picture.target, interruption, render, args.checkpoint, args.checkpoint_every)
     except IncompleteError as error:
-        incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
-    if renderer.samples > 0:
-        with stage(stopwatch.WRITE, waits=True):
-            changed = renderer.denoised() if args.denoise else None
-            changed = changed if args.clamp is None else renderer.clamped(args.clamp)
-            image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
-            encoding = encoding_of(renderer, picture)
-            place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
-        times = f"{before}, {describe_times(renderer)}, total {time.perf_counter() - args.started:.2f} s"
-        what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
-        print(f"{place}: {what} ({times})", flush=True)
-        add_notes(renderer, image, place, picture.target, interruption)
-    if incomplete is not None:
-        raise incomplete
+        how = "nothing has come yet: run the same command again"
+        if renderer.samples > 0:
+            place = written(Path(args.checkpoint or path.with_suffix(EXTENSION)), renderer.save_checkpoint)
+            how = f"they are kept: to go on, run the same command again, with --checkpoint {place}"
+        raise InputError(f"{error} after {renderer.samples} samples: {how}") from None
+    finally:
+        if renderer.samples > 0:
+            with stage(stopwatch.WRITE, waits=True):
+                changed = renderer.denoised() if args.denoise else None
+                changed = changed if args.clamp is None else renderer.clamped(args.clamp)
+                image = renderer.film.own_pixels(renderer.image() if changed is None else changed.image)
+                encoding = encoding_of(renderer, picture)
+                place = written(path, lambda one: save_image(one, image, channels=channels, **encoding))
+            times = f"{before}, {describe_times(renderer)}, total {time.perf_counter() - args.started:.2f} s"
+            what = describe(renderer, image) if changed is None else f"{describe_size(renderer, image)}, {changed}"
+            print(f"{place}: {what} ({times})", flush=True)
+            add_notes(renderer, image, place, picture.target, interruption)
 
 
 def encoding_of(renderer: ProgressiveRenderer, picture: Picture) -> dict[str, Any]:
@@ -262,10 +262,10 @@ def add_notes(
         places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
         note(f"{renderer.non_finite} samples were not finite, not added: {places}")
     progress = renderer.progress
-    if target.error is not None and renderer.is_random and progress.samples > 0 and interruption.number is None:
-        if not progress.has_reached_error:
-            limits = [f"--{name} {getattr(target, name):g}" for name in ("spp", "time") if getattr(target, name)]
-            note(f"an error of {percent(target.error)} was not reached: {' or '.join(limits)} came first")
+    has_ended = renderer.is_random and progress.samples > 0 and interruption.number is None
+    if target.error is not None and has_ended and not progress.has_reached_error:
+        limits = [f"--{name} {getattr(target, name):g}" for name in ("spp", "time") if getattr(target, name)]
+        note(f"an error of {percent(target.error)} was not reached: {' or '.join(limits)} came first")
     error = renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
     if target.is_usual and error > GOOD:  # the square of the error falls as 1/n with n samples
         seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
@@ -327,12 +327,11 @@ def render_of(args: Namespace) -> Request:
 
 def note_unused(request: Request) -> None:
     """Note which options change nothing, because no picture has the value that they change."""
-    views = [view for picture in request.pictures for view in picture.views]
     for name in request.settings.changed():
         option = OPTIONS.get(name)
         if option is None or not option.value or name == "bounces":
             continue
-        shown = [one.name for renderer_class, one in views if option.value in renderer_class.value_names]
+        shown = [one.integrator.name for one in request.pictures if option.value in one.renderer_class.value_names]
         if not shown or option.of not in ("", *shown):
             words = " ".join(words_of(name, getattr(request.settings, name)))
             note(f"{words} changes nothing here: it belongs to {option.owner}")
@@ -342,11 +341,9 @@ def check_pictures_by_bounce(request: Request) -> None:
     """Raise an InputError unless there are pictures for ``--bounces`` that can be added up."""
     settings = request.settings
     for picture in request.pictures:
-        for renderer_class, integrator in picture.views:
-            if not issubclass(renderer_class, A4Renderer):
-                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
-        for one in settings.bounces:
-            check_bounces(one)
+        if not issubclass(picture.renderer_class, A4Renderer):
+            name = picture.integrator.name
+            raise InputError(f"--bounces needs paths, and {name} has none: use --estimator path")
         check_terms(settings.bounces, picture.values.get("max_bounces", DEFAULTS["max_bounces"]))
     if len(settings.bounces) > 1:
         given = [name for name in ("time", "error", "adaptive") if getattr(settings, name)]
@@ -359,25 +356,34 @@ def check_pictures_by_bounce(request: Request) -> None:
 
 
 def paths_of(request: Request, args: Namespace) -> list[list[Path]]:
-    """The files of each view of each picture: where ``-o`` says, or the scene file; else in ``PICTURE_FOLDER``."""
-    asked, output = request.pictures, args.output
-    channels = channel_names(find_aovs(args.aov))
-    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
-    if output is None and all(filename is not None for filename, _ in names):
-        paths = [Path(filename) for filename, _ in names]
+    """The files of each picture: where ``-o`` says, or the scene file; else in ``PICTURE_FOLDER``. Folders are made.
+
+    In a folder, a file has the name that the scene file says, or SCENE_VIEW.png; a number follows where another one
+    has this name already.
+
+    Raises:
+        InputError: one file for several views, or a place that cannot be written.
+    """
+    pictures, output = request.pictures, args.output
+    folder, ending = Path(PICTURE_FOLDER if output is None else output), ".exr" if args.aov else ".png"
+    is_folder = output is None or output.endswith(("/", "\\")) or folder.is_dir()
+    if is_folder or (len(pictures) > 1 and folder.suffix == ""):
+        stem = Path(request.settings.scene).stem
+        paths = [Path(one.filename or f"{stem}_{one.integrator.name}{ending}") for one in pictures]
+        if output is not None or any(one.filename is None for one in pictures):
+            paths = [folder / path.name for path in paths]
         for path in paths:
-            make_folder(path.parent, f"filename {path}")
+            make_folder(path.parent, f"-o {output}" if output else str(path))
+    elif len(pictures) == 1:
+        paths = [folder]
     else:
-        extension = ".exr" if args.aov else ".png"
-        paths = output_paths(output, request.settings.scene, [name for _, name in names], extension)
-        if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
-            paths = [
-                path.parent / Path(path.name if filename is None else filename).name
-                for path, (filename, _) in zip(paths, names, strict=True)
-            ]
-    paths = distinct(paths)
-    for path in paths:
-        check_writable(path, channels)
+        raise InputError(f"-o {output} is one file for {len(pictures)} views: give a folder, such as renders/")
+    for i, path in enumerate(paths):
+        count = 1
+        while paths[i] in paths[:i]:
+            count += 1
+            paths[i] = path.with_stem(f"{path.stem}_{count}")
+        check_writable(paths[i], channel_names(find_aovs(args.aov)))
     found = [files_of(path, request.settings.bounces, output) for path in paths]
     check_place(*(path for files in found for path in files))
     return found
@@ -389,41 +395,6 @@ def files_of(path: Path, bounces: Sequence, output: str | None) -> list[Path]:
         return [path]
     pictures = [path.with_stem(f"{path.stem}_bounce_{name_of_bounces(one)}") for one in bounces]
     return pictures if len(pictures) == 1 else [*pictures, path.with_name(f"{path.stem}_bounces.png")]
-
-
-def distinct(paths: list[Path]) -> list[Path]:
-    """The same paths, but a number after the name of each that an earlier one has."""
-    free: list[Path] = []
-    for path in paths:
-        numbered, count = path, 1
-        while numbered in free:
-            count += 1
-            numbered = path.with_stem(f"{path.stem}_{count}")
-        free.append(numbered)
-    return free
-
-
-def output_paths(output: str | None, scene: str, names: list[str], extension: str = ".png") -> list[Path]:
-    """Where each view goes.
-
-    Args:
-        output: a file, a folder, or None for ``PICTURE_FOLDER``. Folders are made.
-        scene: name or path of the scene: in a folder, files are called <scene>_<view><extension>.
-        names: of the views.
-
-    Raises:
-        InputError: one file for several views, or a folder that cannot be made.
-    """
-    folder = Path(PICTURE_FOLDER if output is None else output)
-    is_folder = output is None or output.endswith(("/", "\\")) or folder.is_dir()
-    if len(names) > 1 and not is_folder:
-        if folder.suffix != "":
-            raise InputError(f"-o {output} is one file for {len(names)} views: give a folder, such as renders/")
-        is_folder = True
-    if not is_folder:
-        return [folder]
-    make_folder(folder, f"-o {output}")
-    return [folder / f"{Path(scene).stem}_{name}{extension}" for name in names]
 
 
 def note_linear(display: Display, paths: Sequence[Path]) -> None:

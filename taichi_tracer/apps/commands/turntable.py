@@ -17,7 +17,7 @@ from PIL import Image
 
 from taichi_tracer.apps.commands.render import describe, encoding_of, load_scene
 from taichi_tracer.apps.console import CLUSTER, Parser, add_cluster_option, load, note
-from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate
@@ -73,7 +73,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     picture, output = request.single("turntable"), Path(args.output)
     check_output(output)
     scene, before = load_scene(request, args.started)
-    renderer = picture.first_renderer(scene)
+    renderer = picture.make_renderer(scene)
     frames: list[np.ndarray] = []
     places: list[Path] = []
     with Interruption() as interruption:
@@ -81,7 +81,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
             render = renderer.render if elsewhere is None else elsewhere(renderer, eye)
             renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
             renderer.reset()
-            add_samples(renderer, Keeper(renderer), picture.target, interruption, render)
+            add_samples(renderer, picture.target, interruption, render)
             image = renderer.film.own_pixels(renderer.image())
             if interruption.number is not None:
                 break
