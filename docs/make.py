@@ -45,7 +45,6 @@ def commands(is_slow: bool = False) -> list[list[str]]:
 def render(words: list[str], folder: Path) -> list[Path]:
     """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
     from taichi_tracer.apps.cli import main
-    from taichi_tracer.apps.console import as_value
     from taichi_tracer.system import runtime
 
     runtime.init("cpu", force=True)
@@ -53,7 +52,7 @@ def render(words: list[str], folder: Path) -> list[Path]:
     with tempfile.TemporaryDirectory() as place:
         output = Path(place) / words[-1].removeprefix(IMAGES)
         ending = "/" if words[-1].endswith("/") else ""
-        code = main([*map(as_value, words[:-1]), f"{output}{ending}", *arch])
+        code = main([*words[:-1], f"{output}{ending}", *arch])
         if code != 0:
             raise SystemExit(f"{shlex.join(words)}: ended with {code}")
         return [Path(shutil.copy(path, folder / path.name)) for path in sorted(Path(place).iterdir())]

@@ -7,7 +7,7 @@ it where it acts. Nothing here imports Taichi or anything large: a help answers 
 
 from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from collections.abc import Callable
-from dataclasses import MISSING, asdict, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, NamedTuple
 
 from taichi_tracer.system.argument_types import (
@@ -337,14 +337,6 @@ class RenderSettings:
     def changed(self) -> dict[str, Any]:
         """Those that are not the default, by name."""
         return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
-
-    def without(self, *groups: Group) -> dict[str, Any]:
-        """All settings but those of some groups, by name."""
-        return {
-            name: found
-            for name, found in asdict(self).items()
-            if name == "scene" or not any(OPTIONS[name].group is one for one in groups)
-        }
 
     def values(self) -> dict[str, Any]:
         """What is said of the values of renderers, by their names; not of single bounces."""

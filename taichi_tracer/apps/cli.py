@@ -18,7 +18,6 @@ from taichi_tracer.apps.console import (
     USER_ERROR,
     Parser,
     add_command,
-    as_value,
     let_every_character_print,
     load,
     load_parts,
@@ -45,7 +44,7 @@ def main(argv: list[str] | None = None) -> int:
     let_every_character_print()
     noted.clear()
     moved.clear()
-    words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
+    words = sys.argv[1:] if argv is None else argv
     parts = values_of(words, "--parts", "--course")
     started = IMPORTED if argv is None else time.perf_counter()
     try:
@@ -86,7 +85,7 @@ def show_warning(message, category, *_where, **_more) -> None:
 
 def arguments_of(words: Sequence[str]) -> Namespace:
     """The parsed arguments of a command line; the files of its ``--parts`` are loaded."""
-    args = make_parser().parse_args([as_value(word) for word in words])
+    args = make_parser().parse_args(words)
     load_parts(args.parts)
     return args
 

@@ -9,6 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from taichi_tracer.system.errors import InputError, printable
 
@@ -38,6 +39,7 @@ def let_every_character_print() -> None:
 # ── the grammar of the command line ──
 
 
+NEGATIVE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)  # what is a number and no option, as in -1e-3
 CLUSTER = "taichi_tracer.cluster.sharing"  # has the commands that run on a cluster where --cluster is given
 
 
@@ -49,6 +51,10 @@ class Parser(argparse.ArgumentParser):
     """
 
     parts: Sequence[str] = ()
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        self._negative_number_matcher = NEGATIVE
 
     def error(self, message: str) -> None:
         """Raise instead of printing the whole usage; an unknown option gets the most similar one."""
@@ -110,15 +116,6 @@ def load_parts(paths: Sequence[str]) -> None:
             if os.path.isdir(path):
                 for text in load("taichi_tracer.course.use:in_use")().notes():
                     note(f"--course {path}: {text}")
-
-
-def as_value(word: str) -> str:
-    """``word``, marked with a space when it is a negative number: argparse would take -1e-3 for an option."""
-    try:
-        float(word)
-    except ValueError:
-        return word
-    return f" {word}" if word.startswith("-") else word
 
 
 def values_of(words: list[str], *options: str) -> list[str]:

@@ -406,7 +406,7 @@ def as_command(renderer: ProgressiveRenderer, base: RenderSettings | None = None
     """The command line that makes the picture that the renderer shows; ``base`` as for ``settings_of``."""
     settings = settings_of(renderer, base)
     if not renderer.needs_light:
-        settings = replace(settings, environment=None, lamp_choice=None)
+        settings = replace(settings, environment=None, lamp_choice=None, **dict.fromkeys(OF_LIGHT))
     return shlex.join(["taichi-tracer", "render", settings.scene, *settings.words()])
 
 
@@ -507,12 +507,6 @@ def rounded(values: Any) -> tuple[float, ...]:
     return tuple(float(f"{value:.9g}") + 0.0 for value in values)
 
 
-def position_of(camera: ProjectiveCamera) -> dict:
-    """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
-    position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}
-    return position | ({"screen_window": camera.screen_window} if camera.has_window else {"fov": camera.fov})
-
-
 # ── as Python ──
 
 
@@ -523,62 +517,44 @@ def as_python(renderer: ProgressiveRenderer) -> str:
     """
     scene, cls, settings = renderer.scene_data, type(renderer), settings_of(renderer)
     options = settings.changed()
-    of_scene = {name: options[name] for name in SCENE_ARGUMENTS if name in options}
-    own = {name: options[name] for name in OF_LIGHT if name in options}
+    of_scene, of_light, of_renderer = (
+        {name: options[name] for name in names if name in options}
+        for names in (SCENE_ARGUMENTS, OF_LIGHT, (*RENDERER_ARGUMENTS, "jitter"))
+    )
     light = repr(scene.environment and scene.environment.name)
-    of_scene["environment"] = Code(light if not own else call("load_environment", [light], own))
+    lines = ["import taichi_tracer as tt", ""]
+    if of_light:
+        light = call("load_environment", light, **of_light)
+        lines.insert(1, "from taichi_tracer.environment import load_environment")
+    if settings.precision is not None:
+        lines.append(call("tt.init", precision=settings.precision))
     if given := scene.lights[scene.lights_of_file :]:
-        of_scene["lights"] = [Code(one) if isinstance(one, GivenLight) else one.name for one in given]
-    of_renderer = {name: options[name] for name in (*RENDERER_ARGUMENTS, "jitter") if name in options}
+        of_scene["lights"] = [one if isinstance(one, GivenLight) else one.name for one in given]
+    lines.append(call("scene = tt.load_scene_data", repr(settings.scene), f"environment={light}", **of_scene))
+    camera = camera_settings(renderer.camera)
+    kind, window, fov = camera.pop("camera"), camera.pop("window"), camera.pop("fov")
+    camera |= {"fov": fov} if window is None else {"screen_window": window}
     if "crop" in options:
         of_renderer["crop"] = renderer.film.crop
-    if renderer.camera.name != "perspective":
-        of_renderer["camera"] = renderer.camera.name
-    lines = ["import taichi_tracer as tt"]
-    lines += ["from taichi_tracer.environment import load_environment"] * bool(own)
-    lines += ["", f"tt.init(precision={settings.precision!r})"] if settings.precision else [""]
+    if kind != "perspective":
+        of_renderer["camera"] = kind
     name = f"tt.{cls.__name__}" if hasattr(taichi_tracer, cls.__name__) else cls.__name__
-    lines.append(call("scene = tt.load_scene_data", [repr(settings.scene)], of_scene))
-    size = ["scene", str(renderer.width), str(renderer.height)]
-    lines.append(call(f"renderer = {name}", size, of_renderer))
-    lines.append(call("renderer.camera.set_camera_parameters", [], position_of(renderer.camera)))
-    lines += value_lines(renderer)
+    lines.append(call(f"renderer = {name}", "scene", str(renderer.width), str(renderer.height), **of_renderer))
+    lines.append(call("renderer.camera.set_camera_parameters", **camera))
+    for name, value in changed_values(renderer).items():
+        is_attribute, text = hasattr(type(renderer), name), repr(value)
+        lines.append(f"renderer.{name} = {text}" if is_attribute else f"renderer.change({name!r}, {text})")
+    if isinstance(renderer.active, BlinnPhong) and renderer.active.depth != BlinnPhong().depth:
+        lines.append(call("renderer.set_mirrors", repr(int(renderer.active.depth))))
+    if isinstance(renderer.active, DepthMap):
+        lines.append(call("renderer.set_depth", **renderer.active.arguments()))
     if "exposure" in options or "tone" in options:
-        lines.append(call("renderer.set_display", [], {"exposure": settings.exposure, "tone": settings.tone}))
+        lines.append(call("renderer.set_display", exposure=settings.exposure, tone=settings.tone))
     lines.append(f"renderer.use({renderer.active.name!r}).render({max(1, renderer.samples)})")
     lines.append(f"renderer.save({renderer.active.name + '.png'!r})")
     return "\n".join(lines)
 
 
-def value_lines(renderer: ProgressiveRenderer) -> list[str]:
-    """The values of the integrator that are changed after the renderer is made."""
-    active, lines = renderer.active, []
-    for name, value in changed_values(renderer).items():
-        is_attribute, text = hasattr(type(renderer), name), as_text(value)
-        lines.append(f"renderer.{name} = {text}" if is_attribute else f"renderer.change({name!r}, {text})")
-    if isinstance(active, BlinnPhong) and active.depth != BlinnPhong().depth:
-        lines.append(call("renderer.set_mirrors", [repr(int(active.depth))], {}))
-    if isinstance(active, DepthMap):
-        lines.append(call("renderer.set_depth", [], active.arguments()))
-    return lines
-
-
-class Code(str):
-    """Text that is an expression of Python already."""
-
-
-def call(function: str, arguments: list[str], options: dict[str, Any]) -> Code:
-    """A call, as Python writes it."""
-    named = [f"{name}={as_text(value)}" for name, value in options.items()]
-    return Code(f"{function}({', '.join([*arguments, *named])})")
-
-
-def as_text(value: Any) -> str:
-    """A value as Python writes it, arrays as tuples."""
-    if isinstance(value, Code):
-        return str(value)
-    if isinstance(value, list):
-        return f"[{', '.join(map(as_text, value))}]"
-    if isinstance(value, np.ndarray):
-        return repr(tuple(value.tolist()))
-    return repr(value.item() if isinstance(value, np.generic) else value)
+def call(function: str, *arguments: str, **options: Any) -> str:
+    """A call, as Python writes it; the arguments are Python already, and the values of the options become it."""
+    return f"{function}({', '.join([*arguments, *(f'{name}={value!r}' for name, value in options.items())])})"

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.importing import import_extra
 
 FORM = re.compile(
     r"(?P<local>local)(:(?P<count>\d+))?|(?P<slurm>slurm):(?P<number>\d+)"
@@ -45,14 +46,11 @@ class Cluster:
         most = MOST_LOCAL * (os.cpu_count() or 1)
         if self.count < 1 or (self.form["local"] and self.count > most):
             raise InputError(f"--cluster {where}: give at least 1 worker, and at most local:{most} on this machine")
-        try:
-            import dask
-            import distributed
-        except ImportError:
-            raise InputError(INSTALL) from None
+        distributed = import_extra("distributed", INSTALL)
         for name in ["distributed", "tornado.application", *logging.root.manager.loggerDict]:
             if name.startswith(("distributed", "tornado")):
                 logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is an error with one line
+        dask = import_extra("dask", INSTALL)
         dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"})  # a job has the scene's files
         try:
             self.client = distributed.Client(self.start() or where, timeout=CONNECT, set_as_default=False)
@@ -77,11 +75,8 @@ class Cluster:
             preload = ["taichi_tracer.cluster.worker"]
             self.own = LocalCluster(n_workers=self.count, threads_per_worker=1, preload=preload, **quiet)
         elif self.form["slurm"]:
-            try:
-                from dask_jobqueue import SLURMCluster
-            except ImportError:
-                raise InputError(f"--cluster {self.where} needs dask-jobqueue: pip install dask-jobqueue") from None
-            self.own = SLURMCluster(processes=1)
+            advice = f"--cluster {self.where} needs dask-jobqueue: pip install dask-jobqueue"
+            self.own = import_extra("dask_jobqueue", advice).SLURMCluster(processes=1)
             self.own.scale(jobs=self.count)
         else:  # Dask would try again for seconds where nobody listens
             place = self.form["host"].strip("[]"), int(self.form["port"])

@@ -75,12 +75,14 @@ def replace_file(path: str | Path, content: bytes) -> None:
 
 
 def make_folder(folder: str | Path, why: str) -> None:
-    """Make a folder and its parents. If this fails, raise an InputError that begins with ``why``."""
+    """Make a folder and its parents. If nothing can be written there, raise an InputError that begins with ``why``."""
     new_folders.made.extend(path for path in (*reversed(Path(folder).parents), Path(folder)) if not path.exists())
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{why}: no permission to write there")
 
 
 # ── the scenes and environments that come with the package ──

@@ -19,6 +19,7 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_extra
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import PLAIN_TONE, Display
 
@@ -135,13 +136,8 @@ def to_rgbe(image: np.ndarray) -> np.ndarray:
 
 
 def _openimageio(extension: str):
-    try:
-        import OpenImageIO
-    except ImportError:
-        raise InputError(
-            f'{extension} files need OpenImageIO: pip install "taichi_tracer[exr]", or use .pfm or .npy'
-        ) from None
-    return OpenImageIO
+    advice = f'{extension} files need OpenImageIO: pip install "taichi_tracer[exr]", or use .pfm or .npy'
+    return import_extra("OpenImageIO", advice)
 
 
 ENCODERS: dict[str, Callable[[np.ndarray, bool, Display], bytes]] = {

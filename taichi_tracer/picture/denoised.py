@@ -22,6 +22,7 @@ from taichi_tracer.files.images import Picture
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.sampler import Sampler
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_extra
 
 EXTRA = 'pip install "taichi_tracer[denoise]"'
 SAMPLER = "niederreiter_two"  # whose halves are independent
@@ -136,8 +137,4 @@ def without_fireflies(image: np.ndarray, factor: float) -> np.ndarray:
 
 def denoiser() -> Any:
     """The module of Open Image Denoise; an InputError if it is not installed."""
-    try:
-        import pyoidn
-    except ImportError:
-        raise InputError(f"denoise: Open Image Denoise is not installed: {EXTRA}") from None
-    return pyoidn
+    return import_extra("pyoidn", f"denoise: Open Image Denoise is not installed: {EXTRA}")

@@ -4,6 +4,7 @@ Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once
 """
 
 import argparse
+import math
 import re
 from collections.abc import Callable
 from contextlib import suppress
@@ -27,8 +28,8 @@ class OneOfOptions(argparse.Action):
 
 
 def number(text: str) -> float:
-    """A number, for argparse."""
-    return checked(text, float, lambda _: True, "a number")
+    """A finite number, for argparse."""
+    return checked(text, float, math.isfinite, "a finite number")
 
 
 def positive(text: str) -> float:

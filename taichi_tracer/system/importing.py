@@ -14,6 +14,8 @@ import sys
 import types
 from collections.abc import Iterator
 
+from taichi_tracer.system.errors import InputError
+
 _of_the_standard_library = inspect.getframeinfo
 
 
@@ -21,6 +23,14 @@ def import_quickly(name: str) -> types.ModuleType:
     """Import a module of this package, and Taichi if the module needs it."""
     with quick_imports():
         return importlib.import_module(name)
+
+
+def import_extra(name: str, advice: str) -> types.ModuleType:
+    """Import a module that the package does not depend on; an InputError with ``advice`` where it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(advice) from None
 
 
 @contextlib.contextmanager

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import pytest
 
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.console import as_value
 from taichi_tracer.apps.pictures import find_views
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.system.parts import PARTS, load_parts
@@ -81,7 +80,7 @@ def commands():
 @pytest.mark.parametrize(("line", "code"), commands(), ids=str)
 def test_commands_parse_and_name_what_exists(line, code, tmp_path):
     """A file of parts is the Python that stands before the command; a folder has files of the course."""
-    args = make_parser().parse_args([as_value(word) for word in shlex.split(line, comments=True)[1:]])
+    args = make_parser().parse_args(shlex.split(line, comments=True)[1:])
     files_of_the_reader(code, tmp_path)
     files = [tmp_path / path for path in args.parts if path.endswith(".py")]
     for file in files:

@@ -5,13 +5,12 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.console import as_value
 from taichi_tracer.apps.pictures import camera_for, request_of
 from taichi_tracer.settings import RenderSettings
 
 
 def parsed(*words):
-    return request_of(RenderSettings.of(make_parser().parse_args([as_value(word) for word in words])))
+    return request_of(RenderSettings.of(make_parser().parse_args(words)))
 
 
 def test_light_is_added_only_where_there_is_none():

@@ -11,7 +11,6 @@ from PIL import Image
 import taichi_tracer as tt
 from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.console import as_value
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
@@ -149,7 +148,7 @@ def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
     renderer.camera.set_camera_parameters(eye=(-0.1234567891, 1, 2.5), at=(1e-7, 1, 0), fov=47.3, handedness="right")
     words = shlex.split(viewer.as_command(renderer))
     assert words[:3] == ["taichi-tracer", "render", "cornell_box"]
-    args = make_parser().parse_args([as_value(word) for word in words[1:]])
+    args = make_parser().parse_args(words[1:])
     (picture,) = request_of(RenderSettings.of(args)).pictures
     again = picture.make_renderer(scene)
     for name in ("eye", "at", "up", "fov"):

@@ -10,7 +10,7 @@ from tqdm import tqdm
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import camera_for, check
 from taichi_tracer.apps.running import Interruption, written_bytes
-from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.files.disk import make_folder
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.settings import (
     ADVICE,
@@ -84,7 +84,9 @@ def run(args: Namespace) -> int:
         0, or 128 and the number of the signal; with ``--check``, 1 if the mean of a variant is wrong.
     """
     find_scene(args.scene)
-    plan, report = plan_of(args), report_of(args)
+    plan = plan_of(args)
+    if args.report is not None:
+        make_folder(args.report, f"--report {args.report}")
     options = {"bar_format": "{percentage:3.0f}%|{bar}| {desc}", "leave": False, "disable": None}
     with Interruption() as interruption, tqdm(total=1.0, **options) as bar:
         study = Study(
@@ -97,9 +99,9 @@ def run(args: Namespace) -> int:
             should_stop=lambda: interruption.number is not None,
         ).run()
         print("\n".join(accuracy_report.as_text(study)))
-        if report is not None:
+        if args.report is not None:
             for name, content in accuracy_report.contents(study).items():
-                print(written_bytes(report / name, content))
+                print(written_bytes(Path(args.report, name), content))
     if interruption.number is not None:
         return interruption.exit_code
     return 1 if args.check and accuracy_report.biases_of(study) else 0
@@ -141,16 +143,6 @@ def number_or_name(word: str) -> str | float:
         return float(word)
     except ValueError:
         return word
-
-
-def report_of(args: Namespace) -> Path | None:
-    """The report's folder, made, and its files known to be writable; None if no report is wanted."""
-    if args.report is None:
-        return None
-    folder = Path(args.report)
-    make_folder(folder, f"--report {args.report}")
-    check_place(*(folder / name for name in accuracy_report.FILES))
-    return folder
 
 
 def show(bar, what: str, done: float) -> None:

@@ -32,7 +32,6 @@ def run(args: Namespace) -> int:
     check_place(args.json)
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
-        check_place(Path(args.report) / "index.html")
     count = len(hard_cases.modes_of(args.level, args.arch))
     with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
 
@@ -47,6 +46,5 @@ def run(args: Namespace) -> int:
         text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False) + "\n"
         print(f"wrote {written_bytes(Path(args.json), text.encode())}")
     if args.report is not None:
-        path = Path(args.report) / "index.html"
-        print(f"wrote {written_bytes(path, hard_cases.as_page(result).encode())}")
+        print(f"wrote {written_bytes(Path(args.report, 'index.html'), hard_cases.as_page(result).encode())}")
     return 0 if result.passed else 1

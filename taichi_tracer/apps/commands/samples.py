@@ -8,35 +8,15 @@ import numpy as np
 from taichi_tracer.apps.console import PICTURE_FOLDER, Parser
 from taichi_tracer.apps.running import written_bytes
 from taichi_tracer.environment import load_environment
-from taichi_tracer.files.disk import check_place, make_folder, shipped_environments
+from taichi_tracer.files.disk import make_folder, shipped_environments
 from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
 from taichi_tracer.settings import ADVICE, add_options
 from taichi_tracer.studies import samples
 from taichi_tracer.system.argument_types import at_least_one, number, size, whole
 from taichi_tracer.system.errors import InputError, digits_of, one_of
-from taichi_tracer.system.parts import PARTS
 
 IMAGES = (".hdr", ".exr", ".pfm", ".npy", ".png", ".jpg", ".jpeg")
 TOP = 5  # lamps of each choice in the table
-
-
-def check(args: Namespace, is_environment: bool) -> None:
-    """Raise an InputError for what cannot be sampled; the folder is made, and the pictures can be written there."""
-    for name, value in (("point", args.point), ("normal", args.normal)):
-        if value is not None and is_environment:
-            raise InputError(f"--{name} belongs to a scene: {args.what} is an environment, the same from every point")
-        if value is not None and not np.isfinite(value).all():
-            raise InputError(f"--{name} must be three finite numbers, not {' '.join(f'{x:g}' for x in value)}")
-    if args.normal is not None and not np.any(args.normal):
-        raise InputError("--normal must not be 0 0 0")
-    make_folder(Path(args.output), f"--output {args.output}")
-    kinds = (samples.UNIFORM, samples.IMPORTANCE) if is_environment else PARTS.names("lamp choice")
-    check_place(*(path_of(args, name) for name in kinds))
-
-
-def path_of(args: Namespace, name: str) -> Path:
-    """The place of a picture."""
-    return Path(args.output) / f"samples_{Path(args.what).stem}_{name}.png"
 
 
 def names_environment(what: str) -> bool:
@@ -83,27 +63,33 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Take the samples, print the tables, and write the pictures."""
-    is_environment = names_environment(args.what)
-    check(args, is_environment)
-    lines, pictures = of_environment(args) if is_environment else of_scene(args)
+    is_environment, of = names_environment(args.what), Path(args.what).stem
+    if is_environment and (args.point or args.normal):
+        raise InputError(f"--point and --normal belong to a scene: {args.what} is an environment, the same everywhere")
+    if args.normal is not None and not np.any(args.normal):
+        raise InputError("--normal must not be 0 0 0")
+    make_folder(args.output, f"--output {args.output}")
+    lines, found = of_environment(args) if is_environment else of_scene(args)
     print("\n".join(lines))
-    for name, content in pictures.items():
-        print(f"wrote {written_bytes(path_of(args, name), content)}")
+    brightest = max(one.cells.max() for one in found)  # of all maps, which have the same scale
+    for one in found:
+        content = samples.map_png(one, int(brightest), f"{of}: {one.total:,} samples, {one.name}")
+        print(f"wrote {written_bytes(Path(args.output, f'samples_{of}_{one.name}.png'), content)}")
     return 0
 
 
-def of_environment(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
-    """(lines of text, name → PNG) for an environment."""
+def of_environment(args: Namespace) -> tuple[list[str], list[samples.Counts]]:
+    """(lines of text, where the samples went) for an environment."""
     environment = load_environment(args.what)
     found = samples.environment_counts(environment, args.count, args.size, args.seed)
     title = f"{Path(args.what).stem}, {environment.width}x{environment.height}"
     lines = [f"{title}: {args.count:,} samples, counted in {args.size[0]}x{args.size[1]} cells", ""]
     lines += samples.map_table(found)
-    return lines, maps(args, found)
+    return lines, found
 
 
-def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
-    """(lines of text, name → PNG) for the lamps of a scene."""
+def of_scene(args: Namespace) -> tuple[list[str], list[samples.Counts]]:
+    """(lines of text, where the samples went) for the lamps of a scene."""
     scene = load_scene_data(args.what)
     point, normal = samples.lit_point(scene, args.point)
     if args.normal is not None:
@@ -116,10 +102,4 @@ def of_scene(args: Namespace) -> tuple[list[str], dict[str, bytes]]:
         "effective: as many lamps with equal shares have the same entropy.",
         "deviation: of one sample of the light that arrives if nothing blocks it, relative to the mean.",
     ]
-    return lines, maps(args, found)
-
-
-def maps(args: Namespace, found: list[samples.Counts]) -> dict[str, bytes]:
-    """Name → PNG of each map; all have the same scale."""
-    brightest, of = max(one.cells.max() for one in found), Path(args.what).stem
-    return {one.name: samples.map_png(one, int(brightest), f"{of}: {one.total:,} samples, {one.name}") for one in found}
+    return lines, found

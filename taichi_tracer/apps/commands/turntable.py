@@ -27,6 +27,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, RenderSettings, add_scene
 from taichi_tracer.system.argument_types import at_least_one, number, positive
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_extra
 from taichi_tracer.tones.display import Display
 
 VIDEO = 'pip install "taichi_tracer[video]"'
@@ -74,8 +75,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     check_output(output)
     scene, before = load_scene(request, args.started)
     renderer = picture.make_renderer(scene)
-    frames: list[np.ndarray] = []
-    places: list[Path] = []
+    frames, count, place = [], 0, output
     with Interruption() as interruption:
         for k, eye in enumerate(eyes_of(Pose.of(renderer.camera), args.frames, args.degrees)):
             render = renderer.render if elsewhere is None else elsewhere(renderer, eye)
@@ -85,21 +85,20 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
             image = renderer.film.own_pixels(renderer.image())
             if interruption.number is not None:
                 break
-            encoding = encoding_of(renderer, picture)
+            encoding, count = encoding_of(renderer, picture), k + 1
             if is_folder(output):
-                place = output / f"frame_{k:0{len(str(args.frames - 1))}d}.png"
-                places.append(written(place, partial(save_image, image=image, **encoding)))
+                name = f"frame_{k:0{len(str(args.frames - 1))}d}.png"
+                written(output / name, partial(save_image, image=image, **encoding))
             else:
                 display = Display(encoding["exposure"], encoding["tone"])
                 frames.append(to_bytes(image, encoding["srgb"], display))
-            print(f"frame {k + 1} of {args.frames}: {describe(renderer, image)}", flush=True)
+            print(f"frame {count} of {args.frames}: {describe(renderer, image)}", flush=True)
     if frames:
-        places = [WRITERS[output.suffix.lower()](output, frames, args.fps)]
-    if places:
-        count, total = len(frames) or len(places), time.perf_counter() - args.started
-        print(f"{places[0] if frames else output}: {count} frames ({before}, total {total:.2f} s)")
+        place = WRITERS[output.suffix.lower()](output, frames, args.fps)
+    if count > 0:
+        print(f"{place}: {count} frames ({before}, total {time.perf_counter() - args.started:.2f} s)")
     if interruption.number is not None:
-        note(f"{interruption.word} after {len(frames) or len(places)} of {args.frames} frames")
+        note(f"{interruption.word} after {count} of {args.frames} frames")
         return interruption.exit_code
     return 0
 
@@ -158,11 +157,9 @@ def written_mp4(output: Path, frames: list[np.ndarray], fps: float) -> Path:
 
 def encoder():
     """The module that writes films; an InputError if it is not installed."""
-    try:
-        import imageio_ffmpeg
-    except ImportError:
-        raise InputError(f".mp4 needs imageio-ffmpeg: {VIDEO}, or write a .gif, or the frames into a folder") from None
-    return imageio_ffmpeg
+    return import_extra(
+        "imageio_ffmpeg", f".mp4 needs imageio-ffmpeg: {VIDEO}, or write a .gif, or the frames into a folder"
+    )
 
 
 WRITERS = {".gif": written_gif, ".mp4": written_mp4}

@@ -33,13 +33,7 @@ from taichi_tracer.apps.page.channel import (
 from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
 from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
 from taichi_tracer.apps.page.renderer_state import OF_SCENE, Preview, RendererState, current, difference_of, read
-from taichi_tracer.apps.pictures import (
-    as_command,
-    as_python,
-    camera_settings,
-    first_renderer,
-    position_of,
-)
+from taichi_tracer.apps.pictures import as_command, as_python, camera_settings, first_renderer
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.picture.metrics import typical_error
 from taichi_tracer.progressive import ProgressiveRenderer
@@ -101,7 +95,7 @@ class Session(Channel):
         self.mode, self.equal = OFF, "samples"  # how two are shown, and what both have the same number of
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
-        self.first_camera = position_of(renderer.camera)
+        self.first_camera = {name: v for name, v in renderer.camera.parameters().items() if name != "projection"}
         self.explanation = ""  # as HTML
         self.explained: tuple[int, int] | None = None  # the pixel
         self.pointed: tuple[int, int] | None = None  # the pixel under the pointer
