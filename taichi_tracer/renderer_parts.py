@@ -109,7 +109,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self._integrators: dict[str, Integrator] = {}
         usual = usual_sampler(bool(self.adaptive))
-        chosen = PARTS.find("sampler", given["sampler"] or usual)
+        chosen = PARTS.find("sampler", usual if given["sampler"] is None else given["sampler"])
         if isinstance(chosen, UniformSampler):
             self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", usual)
         self.sampler: Sampler = sampler_of(chosen, self.camera)

@@ -235,6 +235,10 @@ WRONG = {
         view("self.scale = hit.distance  # here", "return hit.normal", members=["    scale = 0.5\n"]),
         r"self.scale is a value of Python: a kernel changes variables and ti.fields",
     ),
+    "a lambda as a method": (
+        HEAD + 'tt.register(tt.View("mine", "Mine", ti.func(lambda hit: hit.normal)))  # here\n',
+        r"kernels call no lambda: write a function with def",
+    ),
     # ── notes ──
     "a fraction for a whole number": (
         view("c = 0", "c += abs(hit.normal.x)  # here", "return tm.vec3(c)"),

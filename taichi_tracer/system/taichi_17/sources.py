@@ -17,6 +17,8 @@ from typing import Any
 from taichi.lang import kernel_impl
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
+from taichi_tracer.system.own_code.checks import fault_at
+
 
 class Context(ASTTransformerContext):
     """What Taichi knows while it reads a function."""
@@ -50,6 +52,8 @@ def own_lines(code: types.CodeType) -> list[str]:
     linecache.checkcache(code.co_filename)
     lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 :]
     head = next((line for line in lines if line.lstrip().startswith("def ")), "")
+    if not head:
+        raise fault_at(code.co_filename, code.co_firstlineno, "kernels call no lambda: write a function with def")
     left = re.compile(rf"\s{{0,{len(head) - len(head.lstrip())}}}[^\s#)]")
     end = (k for k, line in enumerate(lines) if k > lines.index(head) and left.match(line))
     return lines[: next(end, None)]
