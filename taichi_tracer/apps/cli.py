@@ -50,7 +50,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         command = next((word for word in words if word in commands.names()), "")
         args = make_parser(parts, command).parse_args(words)
-        args.started = started
+        args.started, parts = started, args.parts
         load_parts(args.parts)
         code = args.command(args)
         return code or (USER_ERROR if moved else 0)

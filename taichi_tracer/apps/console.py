@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
         """The help, and the names that its options take: finding them takes time."""
         text = super().format_help()
         options = [action.dest for action in self._actions]
-        if "parts" in options:
+        if "--parts" in self._option_string_actions:
             load_parts(self.parts)
             text += load("pictures:help_text")(options)
         return text

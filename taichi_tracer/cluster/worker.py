@@ -140,7 +140,7 @@ def absolute(path: str | Path) -> Path:
 
 
 taichi_thread = ThreadPoolExecutor(1)  # Dask may have several threads, and Taichi bears one
-kept: dict[str, Any] = {}  # key, scene, renderer and folder of the last job, and the job that its camera shows
+kept: dict[str, Any] = {}  # key, renderer and folder of the last job, and the job that its camera shows
 
 
 def dask_setup(_worker: Any) -> None:
@@ -194,34 +194,25 @@ def renderer_of(job: Job, directory: str) -> Any:
         InputError: the picture is not the sender's, because something beside the versions differs.
     """
     if kept.get("key") != job.key:
-        load_scene(job, directory)
+        load(job, directory)
     renderer = kept["renderer"]
-    if renderer is not None and kept["job"] is job:
-        return renderer
-    number, bounces = job.which
-    picture = request_of(job.settings_in(kept["folder"])).pictures[number]
-    if renderer is None:
-        renderer = picture.make_renderer(kept["scene"])
-        if bounces is not None:
-            renderer.bounces = tuple(bounces)
-        renderer.begin()
-        renderer.add_range(0, 1)  # which compiles the kernels
-        kept["renderer"] = renderer
-    place = picture.make_camera(kept["scene"]).parameters()
-    del place["projection"]
-    renderer.camera.set_camera_parameters(**place)
-    found = renderer.facts()
-    unlike = [name for name, value in (job.facts or {}).items() if found.get(name) != value]
-    if unlike:
-        raise InputError(f"it has another {', '.join(unlike)} than the machine that asks for the picture")
-    kept["job"] = job
+    if kept["job"] is not job:
+        picture = request_of(job.settings_in(kept["folder"])).pictures[job.which[0]]
+        place = picture.make_camera(renderer.scene_data).parameters()
+        del place["projection"]
+        renderer.camera.set_camera_parameters(**place)
+        found = renderer.facts()
+        unlike = [name for name, value in (job.facts or {}).items() if found.get(name) != value]
+        if unlike:
+            raise InputError(f"it has another {', '.join(unlike)} than the machine that asks for the picture")
+        kept["job"] = job
     return renderer
 
 
-def load_scene(job: Job, directory: str) -> None:
-    """Load the scene of a job, in the place of the former one."""
+def load(job: Job, directory: str) -> None:
+    """Load the scene of a job, and make its renderer, in the place of the former ones."""
     if kept:
-        kept["scene"].destroy()
+        kept["renderer"].scene_data.destroy()
         kept.clear()
     temporary = tempfile.TemporaryDirectory(prefix="taichi_tracer_", dir=directory)
     folder = Path(temporary.name)
@@ -233,6 +224,13 @@ def load_scene(job: Job, directory: str) -> None:
     asked, now = (settings.arch, settings.precision, settings.fast_math), runtime.current()
     is_other = now is not None and (now.arch, now.precision, now.fast_math) != asked
     runtime.init(*asked, threads=job.threads, force=is_other)
+    number, bounces = job.which
+    request = request_of(settings)
     with contextlib.redirect_stderr(io.StringIO()):  # the sender has read the same notes
-        scene = request_of(settings).load()
-    kept.update(key=job.key, scene=scene, renderer=None, job=None, folder=folder, temporary=temporary)
+        scene = request.load()
+    renderer = request.pictures[number].make_renderer(scene)
+    if bounces is not None:
+        renderer.bounces = tuple(bounces)
+    renderer.begin()
+    renderer.add_range(0, 1)  # which compiles the kernels
+    kept.update(key=job.key, renderer=renderer, job=None, folder=folder, temporary=temporary)

@@ -82,7 +82,7 @@ def test_commands_parse_and_name_what_exists(line, code, tmp_path):
     """A file of parts is the Python that stands before the command; a folder has files of the course."""
     args = make_parser().parse_args(shlex.split(line, comments=True)[1:])
     files_of_the_reader(code, tmp_path)
-    files = [tmp_path / path for path in args.parts if path.endswith(".py")]
+    files = [tmp_path / path for path in args.parts if path.endswith(".py") and "--parts" in line]
     for file in files:
         load_parts(str(file))
     try:

@@ -83,7 +83,7 @@ def test_the_command_line_clamps_or_denoises(tmp_path, capsys):
     assert "a.png: 16x16, 4 spp, clamped: error " in capsys.readouterr().out
     for wrong, told in (
         (["--clamp", "0.2"], "clamp must be a number from 1 on, not 0.2"),
-        (["--clamp", "2", "--denoise"], "--denoise and --clamp"),
+        (["--clamp", "2", "--denoise"], "--denoise: not allowed with argument --clamp"),
     ):
         assert main([*words, *wrong, "-o", str(tmp_path / "b.png")]) == 2
         assert told in capsys.readouterr().err

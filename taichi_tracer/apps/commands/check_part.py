@@ -6,18 +6,17 @@ from argparse import Namespace
 from typing import Any
 
 from taichi_tracer.apps.console import Parser
-from taichi_tracer.apps.faults import text_of_fault
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.parts import class_name, load_parts
+from taichi_tracer.system.parts import PARTS, class_name
 
 RIGHT, WRONG = 0, 1  # exit codes
 
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``check-part`` takes."""
-    parser.add_argument("file", metavar="FILE", help="with parts, as for --parts")
+    parser.add_argument("parts", metavar="FILE", nargs=1, help="with parts, as for --parts")
     parser.add_argument("names", metavar="NAME", nargs="*", help="only these parts (default: all of the file)")
 
 
@@ -25,28 +24,17 @@ def run(args: Namespace) -> int:
     """Check the parts of a file. The exit code is 1 if one is wrong."""
     if sys.flags.optimize:
         raise InputError("check-part: python -O leaves out every check: run it without -O")
-    parts = chosen(load_parts(args.file), args)
-    if runtime.current() is None:
-        runtime.init("cpu")
-    try:
-        found = [checked(part) for part in parts]
-    except Exception as error:
-        text = text_of_fault(error, [args.file])
-        if isinstance(error, InputError) or text is None:
-            raise
-        raise InputError(text) from error
-    return RIGHT if all(found) else WRONG
-
-
-def chosen(parts: list, args: Namespace) -> list:
-    """Those of the parts of a file whose names were given; all if none was."""
-    known = {part.name: part for part in parts}
+    (file,) = args.parts
+    known = {part.name: part for part in PARTS.registered_by(file)}
     for name in args.names:
         if name not in known:
-            raise one_of(f"part of {args.file}", name, known)
-    if not parts:
-        raise InputError(f"{args.file}: the file registers no part: put @tt.register before each class")
-    return [part for name, part in known.items() if not args.names or name in args.names]
+            raise one_of(f"part of {file}", name, known)
+    if not known:
+        raise InputError(f"{file}: the file registers no part: put @tt.register before each class")
+    if runtime.current() is None:
+        runtime.init("cpu")
+    found = [checked(known[name]) for name in args.names or known]
+    return RIGHT if all(found) else WRONG
 
 
 def checked(part: Any) -> bool:

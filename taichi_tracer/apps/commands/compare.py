@@ -30,15 +30,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
-    image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
-    for path, picture in ((args.first, image), (args.second, reference)):
-        display = display_in(path)
-        if display is not None:
-            advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
-            raise InputError(f"{path}: not linear light, but shown with {display}: {advice}")
-        if not np.isfinite(picture).all():
-            y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
-            raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
+    image, reference = (linear(path, not args.data) for path in (args.first, args.second))
     check_same_size(image, reference)
     check_place(args.report)
     lines = numbers(image, reference)
@@ -46,11 +38,22 @@ def run(args: Namespace) -> int:
     if args.report is not None:
         replace_file(args.report, as_html(args, image, reference, lines).encode())
         print(args.report)
-    error = relative_rmse(image, reference)
-    if args.tolerance is not None and not 100 * error <= args.tolerance:
+    if args.tolerance is not None and not 100 * relative_rmse(image, reference) <= args.tolerance:
         print(f"the pictures differ by more than {args.tolerance:g} %")
         return 1
     return 0
+
+
+def linear(path: str, srgb: bool) -> np.ndarray:
+    """A picture, whose values are linear and finite: others cannot be compared."""
+    picture, display = read_image(path, srgb=srgb), display_in(path)
+    if display is not None:
+        advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
+        raise InputError(f"{path}: not linear light, but shown with {display}: {advice}")
+    if not np.isfinite(picture).all():
+        y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
+        raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
+    return picture
 
 
 def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:
@@ -76,15 +79,13 @@ def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:
 def as_html(args: Namespace, image: np.ndarray, reference: np.ndarray, lines: list[str]) -> str:
     """Both pictures, and where they differ."""
     difference = np.abs(image - reference).max(axis=2)
-    largest = float(difference.max())
-    width = max(SHOWN, min(image.shape[1], 2 * SHOWN))
-    shows = not args.data
-    parts = [f"<pre>{page.html.escape(chr(10).join(lines))}</pre>"]
-    parts += [
-        page.picture(image, str(args.first), width, shows),
-        page.picture(reference, str(args.second), width, shows),
+    largest, width = float(difference.max()), max(SHOWN, min(image.shape[1], 2 * SHOWN))
+    parts = [
+        f"<pre>{page.html.escape(chr(10).join(lines))}</pre>",
+        page.picture(image, args.first, width, not args.data),
+        page.picture(reference, args.second, width, not args.data),
+        page.picture(heat(difference, largest), f"difference: black 0, white {largest:.3g}", width),
     ]
-    parts.append(page.picture(heat(difference, largest), f"difference: black 0, white {largest:.3g}", width))
     if min(image.shape[:2]) >= FEWEST_FOR_FLIP:
         mean, values = flip(image, reference)
         parts.append(page.picture(heat(values, 1.0), f"FLIP, mean {mean:.3g}: black 0, white 1", width))

@@ -12,7 +12,6 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import OF_PICTURE, OF_SCENE, RenderSettings, add_option, add_scene
 from taichi_tracer.system.argument_types import whole
-from taichi_tracer.system.errors import InputError
 
 STYLE = """
 summary { cursor: pointer; } summary, details div { margin: 2px 0; } code { font-size: 0.9em; }
@@ -24,13 +23,14 @@ def add_arguments(parser: Parser) -> None:
     """Add what ``explain`` takes."""
     add_scene(parser, *OF_SCENE, *OF_PICTURE)
     which = parser.add_argument_group("which pixel", "one of --pixel, --worst and --non-finite")
-    which.add_argument(
+    one = which.add_mutually_exclusive_group(required=True)
+    one.add_argument(
         "--pixel", type=whole, nargs=2, metavar=("X", "Y"), help="column from the left and row from the top, from 0"
     )
-    which.add_argument(
+    one.add_argument(
         "--worst", action="store_true", help="the pixel with the largest standard error, and the sample that makes it"
     )
-    which.add_argument("--non-finite", action="store_true", help="the first sample that is infinite or not a number")
+    one.add_argument("--non-finite", action="store_true", help="the first sample that is infinite or not a number")
     which.add_argument(
         "--sample",
         type=whole,
@@ -46,8 +46,6 @@ def run(args: Namespace) -> int:
     """Explain one sample of one pixel."""
     request = request_of(RenderSettings.of(args))
     picture = request.single("explain")
-    if (args.pixel is not None) + args.worst + args.non_finite != 1:
-        raise InputError("explain needs one of --pixel X Y, --worst and --non-finite")
     check_place(args.json, args.html)
     renderer = picture.make_renderer(request.load())
     samples = max(picture.target.spp, (args.sample or 0) + 1)

@@ -63,43 +63,26 @@ def run(args: Namespace) -> int:
         print(target)
         return 0
     found = submissions.find(Path(args.path).expanduser(), assignment.files)
-    check_targets(args, found)
+    if args.gradescope is not None and len(found) > 1:
+        raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
+    check_place(args.gradescope, args.csv)
+    if args.report is not None:
+        make_folder(args.report, f"--report {args.report}")
     level = best_level(args.trust, args.container)
     if level.startswith("limits"):
         note("only limits isolate the submissions: grade only what you would run yourself (docs/teaching_security.md)")
     settings = GradingSettings(level, seed=args.seed, jobs=args.jobs)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, settings, watch)
-    write(args, assignment, marks, settings)
-    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
-    return 0
-
-
-def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> None:
-    """Raise an InputError before anything runs, if a file could not be written in the end."""
-    if args.gradescope is not None and len(found) > 1:
-        raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
-    check_place(args.gradescope, args.csv)
-    if args.report is not None:
-        make_folder(args.report, f"--report {args.report}")
-
-
-def write(
-    args: Namespace,
-    assignment: Assignment,
-    marks: Sequence[Mark],
-    settings: GradingSettings,
-) -> None:
-    """Write the files that were asked for."""
-    if args.gradescope is not None:
-        text = gradescope.results(marks[0])
-        replace_file(Path(args.gradescope), text.encode())
-    if args.csv is not None:
-        replace_file(Path(args.csv), as_csv(marks).encode())
+    for place, text in ((args.gradescope, gradescope.results(marks[0])), (args.csv, as_csv(marks))):
+        if place is not None:
+            replace_file(place, text.encode())
     if args.report is not None:
         page = class_page.write(Path(args.report), assignment, marks, settings)
         if not args.json:
             print(page)
+    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
+    return 0
 
 
 def line_of(mark: Mark) -> str:

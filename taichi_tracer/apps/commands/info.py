@@ -3,6 +3,8 @@
 from argparse import Namespace
 from dataclasses import replace
 
+import numpy as np
+
 from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.pictures import WHOLE, request_of
 from taichi_tracer.materials import BUILT_IN
@@ -80,7 +82,4 @@ def show(value) -> str:
     """A number, a word, or a vector as "(x, y, z)"."""
     if isinstance(value, str):
         return value
-    try:
-        return digits_of(value, ".4g")
-    except TypeError:
-        return digits(value, ".4g")
+    return digits_of(value, ".4g") if np.ndim(value) > 0 else digits(value, ".4g")

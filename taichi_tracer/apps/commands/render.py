@@ -80,13 +80,14 @@ def add_arguments(parser: Parser) -> None:
         help="with --course: render every picture with the package's own methods, too, and write the difference: "
         "FILE_against_reference.png",
     )
-    parser.add_argument(
+    changes = parser.add_mutually_exclusive_group()  # one of them can be estimated from the samples at a time
+    changes.add_argument(
         "--denoise",
         action="store_true",
         help="write what Open Image Denoise (the extra 'denoise') makes of the picture, and tell what error this has; "
         "the sampler is then niederreiter_two",
     )
-    parser.add_argument(
+    changes.add_argument(
         "--clamp",
         type=number,
         metavar="FACTOR",
@@ -306,8 +307,6 @@ def describe_times(renderer: ProgressiveRenderer) -> str:
 def render_of(args: Namespace) -> Request:
     """What the options of ``render`` ask for."""
     settings = RenderSettings.of(args)
-    if args.denoise and args.clamp is not None:
-        raise InputError("--denoise and --clamp: one of them can be estimated from the samples at a time")
     if args.denoise:
         denoiser()  # so that an installation without it says so at once
     if args.clamp is not None:
