@@ -12,7 +12,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ def leave_at_once() -> None:
     another error.
     """
     Interruption(lambda: False).__enter__()
-    compiling.watchers.append(WhileCompiling())
+    compiling.around = while_compiling
 
 
 class Interruption:
@@ -85,31 +85,27 @@ class Interruption:
         return EXIT_CODE + self.number
 
 
-class WhileCompiling:
+@contextlib.contextmanager
+def while_compiling(kernel: compiling.Kernel) -> Iterator[None]:
     """While Taichi translates a large kernel, Python sees no signal for seconds: the system ends the process then.
 
-    A terminal shows the name of the kernel meanwhile.
+    It does so only if nothing is lost by that. A terminal shows the name of the kernel meanwhile.
     """
-
-    def __init__(self) -> None:
-        self._former: dict[int, Any] = {}
-
-    def begins(self, kernel: compiling.Kernel) -> None:
-        """Show the line, and leave the signals to the system if nothing is lost when the process ends."""
-        if threading.current_thread() is not threading.main_thread() or kernel.reading < LONG_READING:
-            return
-        show(f"{CLEAR}compiling {kernel.name} ...")
-        for number in SIGNALS:
-            interruption = getattr(signal.getsignal(number), "__self__", None)
-            if isinstance(interruption, Interruption) and not interruption.has_come():
-                self._former[number] = signal.signal(number, signal.SIG_DFL)
-
-    def ends(self) -> None:
-        """Take both back."""
-        if self._former:
-            show(CLEAR)
-        while self._former:
-            signal.signal(*self._former.popitem())
+    if threading.current_thread() is not threading.main_thread() or kernel.reading < LONG_READING:
+        yield
+        return
+    former = {}
+    for number in SIGNALS:
+        interruption = getattr(signal.getsignal(number), "__self__", None)
+        if isinstance(interruption, Interruption) and not interruption.has_come():
+            former[number] = signal.signal(number, signal.SIG_DFL)
+    show(f"{CLEAR}compiling {kernel.name} ...")
+    try:
+        yield
+    finally:
+        show(CLEAR)
+        for number, handler in former.items():
+            signal.signal(number, handler)
 
 
 def show(text: str) -> None:

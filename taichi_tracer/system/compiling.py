@@ -8,7 +8,7 @@ Taichi translates this program into machine code, which it keeps in a folder, so
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import perf_counter, thread_time
 from typing import Any
@@ -44,9 +44,8 @@ class Kernel:
         return self.processor > max(LOADED, LOADED_SHARE * self.reading)
 
 
-# Objects whose ``begins(kernel)`` and ``ends()`` are called before and after Taichi translates a kernel, or loads it:
-# meanwhile Python sees no signal, and no other thread runs.
-watchers: list[Any] = []
+# The context in which Taichi translates or loads a kernel: meanwhile Python sees no signal, and no other thread runs.
+around: Callable[[Kernel], contextlib.AbstractContextManager] = contextlib.nullcontext
 _kernels: list[Kernel] = []
 _by_id: dict[int, Kernel] = {}
 _machine_code: list[float] = []  # seconds in which it was made
@@ -74,15 +73,12 @@ def translating(made: Any) -> Iterator[None]:
     if kernel is None:
         yield
         return
-    for watcher in watchers:
-        watcher.begins(kernel)
-    start, processor = perf_counter(), thread_time()
-    try:
-        yield
-    finally:
-        kernel.translating, kernel.processor = perf_counter() - start, thread_time() - processor
-        for watcher in watchers:
-            watcher.ends()
+    with around(kernel):
+        start, processor = perf_counter(), thread_time()
+        try:
+            yield
+        finally:
+            kernel.translating, kernel.processor = perf_counter() - start, thread_time() - processor
 
 
 @contextlib.contextmanager

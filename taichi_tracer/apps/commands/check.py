@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -53,16 +53,15 @@ def run(args: Namespace) -> int:
     target = Path(args.report) if args.report else folder / PAGE
     with Interruption() as interruption:
         while report is None or names:
-            check = Check((folder, names, args.seed, args.assignment), interruption)
-            try:
-                title, names = check.receive()
+            with contextlib.closing(answers((folder, names, args.seed, args.assignment), interruption)) as found:
+                title, names = next(found)
                 if report is None:
                     check_place(target)
                     print(title, flush=True)
                     report = Report(title)
-                check.add_results(report)
-            finally:
-                check.end()
+                for result in found:
+                    report.results.append(result)
+                    print(*lines_of(report.shown()[-1]), sep="\n", flush=True)
             names = [name for name in names if name not in {result.name for result in report.results}]
     replace_file(target, report.page().encode())
     print(f"{report.summary()}\n{target}")
@@ -83,79 +82,73 @@ def work(sending: Connection, *asked: Any) -> None:
         sending.send(InputError(str(error)))
 
 
-class Check:
-    """A process that checks some parts.
+class NoAnswer(Exception):
+    """The status of a part whose process gives no answer, and the reason."""
+
+
+def answers(asked: Sequence[Any], interruption: Interruption) -> Iterator[Any]:
+    """What a process that checks some parts finds: a title and the names of the parts, then the result of each part.
+
+    If the process gives no answer any more, the part that it has begun is the last one.
 
     Args:
         asked: the arguments of ``work``. interruption: ends the check by Ctrl-C.
 
-    Attributes:
-        begun: the part that runs; None if none does.
+    Raises:
+        InputError: it has begun no part, so its files give no answer when they are read.
     """
-
-    def __init__(self, asked: Sequence[Any], interruption: Interruption) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.interruption = interruption
-        self.begun: PartResult | None = None
-        self._receiving, sending = context.Pipe(duplex=False)
-        self.process = context.Process(target=work, args=(sending, *asked))
-        self.process.start()
-        sending.close()
-
-    def add_results(self, report: Report) -> None:
-        """Print and add the results of the parts that the process begins; the last of them may give no answer."""
-        for result in iter(self.receive, None):
-            self.begun = result if result.status == BEGUN else None
-            if self.begun is None:
-                report.results.append(result)
-                print(*lines_of(report.shown()[-1]), sep="\n", flush=True)
-
-    def receive(self) -> Any:
-        """What the process sends next; if it does not answer, the result of the part that it has begun."""
-        if self._receiving.closed:
-            return None
-        pid = self.process.pid or 0
-        began, had_used = time.monotonic(), own_seconds(pid)
-        while not self._receiving.poll(POLL):
-            if self.interruption.number is not None:
-                raise KeyboardInterrupt
-            is_late = own_seconds(pid) - had_used > CPU_SECONDS
-            if is_late or time.monotonic() - began > CLOCK_SECONDS:
-                seconds = f"{CPU_SECONDS:g} s of the processor" if is_late else f"{CLOCK_SECONDS:g} s"
-                return self.lost(OUT_OF_TIME, f"no answer in {seconds}: is there a loop that never ends?")
-        try:
-            found = self._receiving.recv()
-        except EOFError:
-            self.process.join()
-            code = self.process.exitcode or 0
-            how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
-            return self.lost(CRASHED, f"the process ended ({how}): does each path return what the caller needs?")
-        if isinstance(found, InputError):
-            raise found
-        if found is None:
-            self.process.join(CLOCK_SECONDS)
-        return found
-
-    def lost(self, status: str, reason: str) -> PartResult:
-        """End the process; the result of its part.
-
-        Raises:
-            InputError: it has begun no part, so its files give no answer when they are read.
-        """
-        self.end()
-        if self.begun is None:
-            raise InputError(f"check: the files cannot be read: {reason}")
-        place = f"{self.begun.file}:{self.begun.line}: " if self.begun.line else ""
-        return replace(self.begun, status=status, message=f"{place}{reason}")
-
-    def end(self) -> None:
-        """End the process, and everything that it started."""
-        if self.process.is_alive() and hasattr(os, "killpg"):
+    context = multiprocessing.get_context("spawn")
+    receiving, sending = context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(sending, *asked))
+    process.start()
+    sending.close()
+    begun: PartResult | None = None
+    try:
+        while (found := receive(process, receiving, interruption)) is not None:
+            is_begun = isinstance(found, PartResult) and found.status == BEGUN
+            begun = found if is_begun else None
+            if not is_begun:
+                yield found
+        process.join(CLOCK_SECONDS)
+    except NoAnswer as no_answer:
+        status, reason = no_answer.args
+        if begun is None:
+            raise InputError(f"check: the files cannot be read: {reason}") from None
+        place = f"{begun.file}:{begun.line}: " if begun.line else ""
+        yield replace(begun, status=status, message=f"{place}{reason}")
+    finally:
+        if process.is_alive() and hasattr(os, "killpg"):  # and everything that it started
             with contextlib.suppress(ProcessLookupError):
-                os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.kill()
-        self.process.join()
-        self._receiving.close()
+                os.killpg(process.pid, signal.SIGKILL)
+        process.kill()
+        process.join()
+
+
+def receive(process: Any, receiving: Connection, interruption: Interruption) -> Any:
+    """What a process sends next.
+
+    Raises:
+        NoAnswer: it takes too long, or has ended. InputError: it sends one.
+    """
+    began, had_used = time.monotonic(), own_seconds(process.pid)
+    while not receiving.poll(POLL):
+        if interruption.number is not None:
+            raise KeyboardInterrupt
+        is_late = own_seconds(process.pid) - had_used > CPU_SECONDS
+        if is_late or time.monotonic() - began > CLOCK_SECONDS:
+            seconds = f"{CPU_SECONDS:g} s of the processor" if is_late else f"{CLOCK_SECONDS:g} s"
+            raise NoAnswer(OUT_OF_TIME, f"no answer in {seconds}: is there a loop that never ends?")
+    try:
+        found = receiving.recv()
+    except EOFError:
+        process.join()
+        code = process.exitcode
+        how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
+        reason = f"the process ended ({how}): does each path return what the caller needs?"
+        raise NoAnswer(CRASHED, reason) from None
+    if isinstance(found, InputError):
+        raise found
+    return found
 
 
 def own_seconds(pid: int) -> float:

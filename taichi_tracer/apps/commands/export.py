@@ -4,20 +4,17 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from taichi_tracer.apps.console import Parser, note
 from taichi_tracer.apps.pictures import Picture, camera_for, request_of
-from taichi_tracer.files import read
 from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.geometry import clean
-from taichi_tracer.instances import resolve_instances, view_of_mesh
+from taichi_tracer.instances import resolve_instances
 from taichi_tracer.options import lights_of
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
-from taichi_tracer.scene_data_loader import FILE, find_scene, orientation_and_view
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.settings import ADVICE, OF_PICTURE, RenderSettings, add_option, add_options, add_scene
 from taichi_tracer.system.errors import InputError
 
@@ -39,11 +36,11 @@ def run(args: Namespace) -> int:
         raise InputError(f"{path}: the ending must be .xml")
     check_place(path)
     request = request_of(RenderSettings.of(args))
-    document, up_axis, scene = request.document, args.up_axis, find_scene(args.scene)
+    document, scene = request.document, None
     if document is None:
-        mesh = read(scene)
-        document = Document(mesh, [], lights_of(mesh))
-    shots = [_shot(picture, document, scene, up_axis) for picture in request.pictures]
+        scene = load_scene_data(args.scene, **request.settings.given("up_axis"))
+        document = Document(scene.given_mesh, [], lights_of(scene.given_mesh))
+    shots = [_shot(picture, scene) for picture in request.pictures]
     whole = resolve_instances(document.mesh)
     if whole.has_pictures or whole.corner_color is not None:
         note("textures and colours of vertices are not written: RT3 has none")
@@ -56,24 +53,14 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _shot(picture: Picture, document: Document, scene: Path, up_axis: str | None) -> Shot:
-    """One picture, as the command line changes it."""
-    old = picture.shot
-    width, height = picture.settings.size
-    view = _default_view(document, scene, up_axis, width / height) if old is None else old.view
+def _shot(picture: Picture, scene: SceneData | None) -> Shot:
+    """One picture, as the command line changes it; ``scene`` is that of a mesh, which has the camera then."""
+    old, (width, height) = picture.shot, picture.settings.size
+    view = old.view if scene is None else scene.view_for(width / height)
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
     film = replace(film, width=width, height=height, crop_window=picture.settings.crop)
     return Shot(camera_for(picture.settings, view), film, integrator)
-
-
-def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: float) -> dict:
-    """The camera of a mesh: that of ``load_scene_data``."""
-    up_axis, view = orientation_and_view(scene, document.mesh, FILE if up_axis is None else up_axis)
-    if view is not None and not callable(view):
-        return dict(view)
-    mesh = clean(resolve_instances(document.mesh), np.float64)
-    return (view or view_of_mesh)(mesh, up_axis, min(1.0, aspect))
 
 
 def _integrator_of(picture: Picture) -> IntegratorSettings:

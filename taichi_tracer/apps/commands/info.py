@@ -42,11 +42,12 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
         "vertices": f"{len(scene.mesh.vertices):,}",
         "vertex normals": "yes" if scene.mesh.has_vertex_normals else "no",
         "bounds": f"{show(scene.geometry.low)} to {show(scene.geometry.high)}",
+        "up axis": scene.up_axis,
+        **{f"view {name}": show(value) for name, value in scene.view.items()},
+        "intersector": scene.ray_intersector.name,
+        "triangle test": scene.ray_intersector.triangle_test,
+        **scene.ray_intersector.facts(),
     }
-    facts["up axis"] = scene.up_axis
-    facts |= {f"view {name}": show(value) for name, value in scene.view.items()}
-    facts |= {"intersector": scene.ray_intersector.name, "triangle test": scene.ray_intersector.triangle_test}
-    facts |= scene.ray_intersector.facts()
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
     lines += ["", "effects", *(f"  {line}" for line in renderer.receipt())]

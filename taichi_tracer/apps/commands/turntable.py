@@ -94,7 +94,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
                 frames.append(to_bytes(image, encoding["srgb"], display))
             print(f"frame {count} of {args.frames}: {describe(renderer, image)}", flush=True)
     if frames:
-        place = WRITERS[output.suffix.lower()](output, frames, args.fps)
+        place = written_bytes(output, FILMS[output.suffix.lower()](frames, args.fps))
     if count > 0:
         print(f"{place}: {count} frames ({before}, total {time.perf_counter() - args.started:.2f} s)")
     if interruption.number is not None:
@@ -108,7 +108,7 @@ def check_output(output: Path) -> None:
     if is_folder(output):
         make_folder(output, f"-o {output}")
         return
-    if output.suffix.lower() not in WRITERS:
+    if output.suffix.lower() not in FILMS:
         raise InputError(f"-o {output}: a film is .gif or .mp4, or a folder without an ending takes the frames")
     check_place(output)
     if output.suffix.lower() == ".mp4":
@@ -130,29 +130,25 @@ def eyes_of(pose: Pose, count: int, degrees: float) -> list[np.ndarray]:
 # ── films ──
 
 
-def written_gif(output: Path, frames: list[np.ndarray], fps: float) -> Path:
-    """Where a GIF was written, which is shown again and again."""
+def gif_of(frames: list[np.ndarray], fps: float) -> bytes:
+    """A GIF, which is shown again and again."""
     first, *others = map(Image.fromarray, frames)
     content = io.BytesIO()
     first.save(content, "GIF", save_all=True, append_images=others, duration=1000 / fps, loop=0)
-    return written_bytes(output, content.getvalue())
+    return content.getvalue()
 
 
-def written_mp4(output: Path, frames: list[np.ndarray], fps: float) -> Path:
-    """Where an MP4 was written (H.264). A picture with an odd side is enlarged to an even one."""
+def mp4_of(frames: list[np.ndarray], fps: float) -> bytes:
+    """An MP4 (H.264). A picture with an odd side is enlarged to an even one."""
     height, width = frames[0].shape[:2]
-
-    def write(place: Path) -> None:
-        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".") as folder:
-            part = Path(folder) / place.name
-            film = encoder().write_frames(str(part), (width, height), fps=fps, quality=QUALITY, macro_block_size=2)
-            film.send(None)
-            for frame in frames:
-                film.send(np.ascontiguousarray(frame))
-            film.close()
-            part.replace(place)
-
-    return written(output, write)
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder, "film.mp4")
+        film = encoder().write_frames(str(place), (width, height), fps=fps, quality=QUALITY, macro_block_size=2)
+        film.send(None)
+        for frame in frames:
+            film.send(np.ascontiguousarray(frame))
+        film.close()
+        return place.read_bytes()
 
 
 def encoder():
@@ -162,4 +158,4 @@ def encoder():
     )
 
 
-WRITERS = {".gif": written_gif, ".mp4": written_mp4}
+FILMS = {".gif": gif_of, ".mp4": mp4_of}
