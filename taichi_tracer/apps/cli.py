@@ -9,7 +9,6 @@ import signal
 import sys
 import time
 import warnings
-from argparse import Namespace
 from collections.abc import Sequence
 
 import taichi_tracer
@@ -27,7 +26,7 @@ from taichi_tracer.apps.console import (
 )
 from taichi_tracer.apps.running import EXIT_CODE, moved
 from taichi_tracer.system import new_folders
-from taichi_tracer.system.errors import InputError, NotFiniteWarning, StaleSceneError
+from taichi_tracer.system.errors import IncompleteError, InputError, NotFiniteWarning, StaleSceneError
 
 IMPORTED = time.perf_counter()  # about 0.05 s after the key press
 
@@ -72,7 +71,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def text_of(error: Exception, parts: Sequence[str]) -> str | None:
     """What the user reads of an error in one line, after the name of the program; None for an error of ours."""
-    is_users = isinstance(error, (InputError, StaleSceneError, OSError))
+    is_users = isinstance(error, (InputError, IncompleteError, StaleSceneError, OSError))
     text = str(error) if is_users else load("faults:text_of_fault")(error, parts)
     return None if text is None else f": error: {' '.join(text.split())}"
 
@@ -81,13 +80,6 @@ def show_warning(message, category, *_where, **_more) -> None:
     """Print what the library warns of as a note of ours; what other libraries warn of is not the user's to mend."""
     if issubclass(category, UserWarning) and not issubclass(category, NotFiniteWarning):
         note(str(message))
-
-
-def arguments_of(words: Sequence[str]) -> Namespace:
-    """The parsed arguments of a command line; the files of its ``--parts`` are loaded."""
-    args = make_parser().parse_args(words)
-    load_parts(args.parts)
-    return args
 
 
 def make_parser(parts: Sequence[str] = (), only: str | None = None) -> Parser:

@@ -104,24 +104,13 @@ def find_views(text: str) -> tuple[View, ...]:
         return tuple((renderer_class, integrator) for integrator in renderer_class.offered())
     for name in text.split(","):
         if name not in known:
-            raise one_of(kinds_of_views(), name, [*view_names(), ALL])
+            raise one_of("view or estimator", name, [*dict.fromkeys(n for c in renderers() for n in c.names()), ALL])
     return tuple(known[name] for name in text.split(","))
 
 
 def is_second_choice(renderer_class: type[ProgressiveRenderer], one: Integrator) -> bool:
     """Whether another renderer shows this, if it can: a student has not written this one, or only A2 has the mode."""
     return "shade_ray" in unfinished(renderer_class) or (one.microfacets and renderer_class is A3Renderer)
-
-
-def kinds_of_views() -> str:
-    """What the renderers call what they offer: "view, estimator or integrator"."""
-    *rest, last = dict.fromkeys(c.what for c in renderers())
-    return f"{', '.join(rest)} or {last}" if rest else last
-
-
-def view_names() -> list[str]:
-    """Every name that some renderer offers, once."""
-    return [*dict.fromkeys(name for c in renderers() for name in c.names())]
 
 
 # ── the end of a help ──
@@ -284,7 +273,8 @@ class Request:
             is_long: whether many samples follow, so that the wide hierarchy pays: it compiles longer, renders faster.
         """
         of, document = self.settings, self.document
-        start_taichi(of)
+        with stage(TAICHI):
+            runtime.init(**of.given("arch", "precision"), fast_math=of.fast_math)
         options, of_light = of.given(*SCENE_ARGUMENTS), of.given(*OF_LIGHT)
         is_said = document is not None and document.intersector is not None
         if is_long and not is_said and not replaced(BVHRayIntersector):
@@ -302,12 +292,6 @@ class Request:
         for text in scene.notes:
             note(text)
         return scene
-
-
-def start_taichi(settings: RenderSettings) -> None:
-    """Start Taichi where the settings say."""
-    with stage(TAICHI):
-        runtime.init(**settings.given("arch", "precision"), fast_math=settings.fast_math)
 
 
 def camera_for(settings: RenderSettings, view: dict) -> dict:

@@ -105,7 +105,8 @@ def render(
 
 def settings_from(scene: str | Path, options: Mapping[str, Any]) -> "RenderSettings":
     """The settings of ``taichi-tracer render SCENE …`` with these options; InputError for one that it does not have."""
-    from taichi_tracer.apps.cli import arguments_of
+    from taichi_tracer.apps.cli import make_parser
+    from taichi_tracer.apps.console import load_parts
     from taichi_tracer.settings import DEFAULTS, OPTIONS, RenderSettings, words_of
     from taichi_tracer.system.errors import one_of
 
@@ -117,4 +118,6 @@ def settings_from(scene: str | Path, options: Mapping[str, Any]) -> "RenderSetti
         several = tuple(value) if isinstance(value, list) else value
         several = (value,) if known in ("parts", "brdfs", "lights") and isinstance(value, str) else several
         words += [] if value is None or value is DEFAULTS[known] else words_of(known, several)
-    return RenderSettings.of(arguments_of(words))
+    found = RenderSettings.of(make_parser(only="render").parse_args(words))
+    load_parts(found.parts)
+    return found

@@ -187,10 +187,7 @@ def turntable(args: Namespace) -> int:
             settings = replace(RenderSettings.of(args), eye=tuple(eye.tolist()))
             return renders_on(cluster, settings, paths, renderer, (0, None))
 
-        try:
-            return turntable_command.run(args, renders_frame)
-        except IncompleteError as error:
-            raise InputError(str(error)) from None
+        return turntable_command.run(args, renders_frame)
 
 
 def renders_on(

@@ -40,7 +40,10 @@ def run(args: Namespace) -> int:
     """Write the file, and print the commands that check and show the part."""
     if args.kind not in SHOWN:
         raise one_of("kind of part", args.kind, SHOWN)
-    check_name(args.kind, args.name)
+    if not args.name.isidentifier() or not args.name.isascii() or keyword.iskeyword(args.name):
+        raise InputError(f"new-part: {args.name!r} is no name: it has letters, digits and _, and begins with a letter")
+    if args.name in PARTS.names(KINDS.get(args.kind, args.kind)):
+        raise InputError(f"new-part: the package has a {args.kind} called {args.name}: give yours another name")
     target = Path(args.output).expanduser()
     if target.exists():
         raise InputError(f"new-part: {args.output} is there already: give another name with -o")
@@ -53,14 +56,6 @@ def run(args: Namespace) -> int:
     print(f"  taichi-tracer check-part {file}")
     print(f"  taichi-tracer render {words} --parts {file} --spp 16 -o {args.name}.png")
     return 0
-
-
-def check_name(kind: str, name: str) -> None:
-    """Raise an InputError unless a part of a kind can have a name."""
-    if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
-        raise InputError(f"new-part: {name!r} is no name: it has letters, digits and _, and begins with a letter")
-    if name in PARTS.names(KINDS.get(kind, kind)):
-        raise InputError(f"new-part: the package has a {kind} called {name}: give yours another name")
 
 
 def text_of(kind: str, name: str) -> str:
