@@ -7,9 +7,9 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas import vector_math as tm
-from taichi_tracer.formulas.points import box_of
 from taichi_tracer.formulas.triangles import thinness_of, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
+from taichi_tracer.formulas.view import box_of
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError

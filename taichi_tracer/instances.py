@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.formulas.points import box_of
-from taichi_tracer.formulas.view import FROM, view_of_points, world_axes
+from taichi_tracer.formulas.view import FROM, box_of, view_of_points, world_axes
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import (

@@ -13,12 +13,11 @@ from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import (
     COUNTS,
-    Promise,
     RayMode,
     box,
     edges_of,
     normals_of,
-    promise_of,
+    promises_of,
 )
 from taichi_tracer.studies.hard.triangle_cases import AxisParallel, ClosedSphere, Lattice, UnitTriangles, Windows
 
@@ -97,15 +96,13 @@ def test_the_watertight_test_passes(precision, intersector):
 
 
 def test_promises():
-    strict = Promise(frozenset(COUNTS), {"t_unit": 4})
-    assert strict.limit("nan", 1e-7) == 0
-    assert strict.limit("t_unit", 1e-7) == pytest.approx(4e-7)
-    assert strict.limit("double_hits", 1e-7) is None
-    mode = RayMode("watertight", "f32", False, "wide_bvh")
+    mode = RayMode("anything", "f32", False, "bvh")
+    strict = promises_of(mode)
+    assert {name for name, limit in strict.items() if limit == 0} == set(COUNTS)
+    assert strict["t_unit"] == pytest.approx(4 * mode.epsilon)
     found = {"nan": 0, "wrong": 1, "t_unit": np.nan, "double_hits": 9}
-    assert hard_cases.verdict_of(mode, strict, "a case", 9, found).broken == ["wrong", "t_unit"]
-    assert promise_of(RayMode("anything", "f32", False, "bvh")).zero == frozenset(COUNTS)
-    assert promise_of(RayMode("watertight", "f32", True, "bvh")).zero == frozenset()
+    assert hard_cases.verdict_of(str(mode), strict, "a case", 9, found).broken == ["wrong", "t_unit"]
+    assert promises_of(RayMode("watertight", "f32", True, "bvh")) == {}
 
 
 # ── the command ──
@@ -123,7 +120,7 @@ def canned(monkeypatch):
             "t_unit": float("nan") if fail else 1e-8,
             "nan": 0,
         } | findings
-        verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
+        verdict = hard_cases.verdict_of(str(mode), promises_of(mode), "closed sphere at 0", 100, found)
         row = hard_cases.Row(mode, found, 123.4)
         result = hard_cases.SuiteResult("quick", "python 3", [row], [verdict])
         monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)

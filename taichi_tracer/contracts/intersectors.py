@@ -9,7 +9,7 @@ import numpy as np
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import lattice, separate, soup, sphere
-from taichi_tracer.formulas.points import box_of
+from taichi_tracer.formulas.view import box_of
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system.parts import PARTS
 

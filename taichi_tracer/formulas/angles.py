@@ -61,8 +61,7 @@ def latitude(y):
     """
     if ti.static(runtime.current().precision == "f64"):
         return ti.asin(tm.clamp(y, -1, 1))
-    size = abs(y)
-    size = ti.select(size < 1, size, 1.0)
+    size = ti.select(abs(y) < 1, abs(y), 1.0)
     is_steep = size > 0.5
     z = ti.select(is_steep, 0.5 * (1 - size), size * size)
     x = ti.select(is_steep, ti.sqrt(z), size)

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from taichi_tracer.formulas.points import box_of
-from taichi_tracer.formulas.view import FROM, camera_frame, up_of, view_of_points, world_axes
+from taichi_tracer.formulas.view import FROM, box_of, camera_frame, up_of, view_of_points, world_axes
 
 CELLS, DIRECTIONS = 48, 20
 EACH = 8  # of so many points of the surfaces, one is enough to place the camera of a view that is only tried
@@ -108,6 +107,5 @@ def base(surface: Surface, axis: int) -> float:
     thickness = BASE * (high - low)[axis]
     lower = (points[:, axis] <= low[axis] + thickness) & (normal < DOWN)
     upper = (points[:, axis] >= high[axis] - thickness) & (normal > -DOWN)
-    if not (side > 0 and thickness > 0):
-        return 0.0
-    return max(0.0, float(lower.mean() - upper.mean()) * surface.area / side)
+    is_solid = side > 0 and thickness > 0
+    return max(0.0, float(lower.mean() - upper.mean()) * surface.area / side) if is_solid else 0.0

@@ -56,9 +56,8 @@ def as_fraction(word):
 def reverse_bits(word):
     """The 32 bits in reverse order."""
     for bits, lower in HALVES:
-        word = variable(word)
-        word = ((word >> bits) & lower) | ((word & lower) << bits)
-    return variable(word)
+        word = variable(((word >> bits) & lower) | ((word & lower) << bits))
+    return word
 
 
 @compile_time
@@ -79,6 +78,5 @@ def scramble_reversed(word, seed):
 def pascal_matrix(word):
     """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is bit-reversed."""
     for bits, lower in HALVES:
-        word = variable(word)
-        word = word ^ ((word >> bits) & lower)
-    return variable(word)
+        word = variable(word ^ ((word >> bits) & lower))
+    return word

@@ -12,8 +12,6 @@ import taichi as ti
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time, variable
 
-LOW_BITS = 0x7FFF  # their product with the next number does not overflow
-
 
 @compile_time
 def rounded(number):
@@ -24,5 +22,5 @@ def rounded(number):
     if runtime.can("separate roundings"):
         return number
     bits = variable(ti.bit_cast(number, ti.i64 if runtime.dtype() is np.float64 else ti.i32))
-    low = variable(bits & LOW_BITS)
+    low = variable(bits & 0x7FFF)  # so few bits that the product with the next number does not overflow
     return ti.bit_cast(bits ^ (low * (low + 1) & 1), float)

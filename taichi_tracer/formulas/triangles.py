@@ -184,13 +184,10 @@ register(TriangleTest("moller_trumbore", moller_trumbore))
 
 def unit_normals(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
     """(n, 3) ``unit(stable_normal(v0, v1, v2))``: normals of length 1."""
-    e0, e1, e2 = v1 - v0, v2 - v1, v0 - v2
+    edges = np.stack([v1 - v0, v2 - v1, v0 - v2])
     with np.errstate(all="ignore"):
-        l0, l1, l2 = (dot(e, e)[:, None] for e in (e0, e1, e2))
-        is_0_longest = (l0 >= l1) & (l0 >= l2)
-        is_1_longest = l1 >= l2
-        p = np.where(is_0_longest, e1, np.where(is_1_longest, e2, e0))
-        q = np.where(is_0_longest, e2, np.where(is_1_longest, e0, e1))
+        longest = np.argmax([dot(e, e) for e in edges], axis=0)
+        p, q = (edges[(longest + k) % 3, np.arange(len(v0))] for k in (1, 2))  # the two edges after the longest one
         normal = np.cross(p, q)
         x, y, z = abs(normal).T
         within_1 = normal / np.maximum(np.maximum(x, y), z)[:, None]
@@ -200,10 +197,8 @@ def unit_normals(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
 def thinness_of(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
     """(n,) ``thinness(v0, v1, v2)``: 1/sin of the angle between the two shortest edges."""
     with np.errstate(all="ignore"):
-        a, b, c = norm(v1 - v0), norm(v2 - v1), norm(v0 - v2)
-        longest = np.maximum(np.maximum(a, b), c)
-        others = np.where(longest == a, b * c, np.where(longest == b, c * a, a * b))
-        return others / norm(np.cross(v1 - v0, v2 - v0))
+        shortest, second, _ = np.sort([norm(v1 - v0), norm(v2 - v1), norm(v0 - v2)], axis=0)
+        return shortest * second / norm(np.cross(v1 - v0, v2 - v0))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.formulas.points import box_of
 from taichi_tracer.system.errors import InputError, digits_of, one_of
 from taichi_tracer.system.types import Numbers
 
@@ -71,6 +70,11 @@ def world_axes(up_axis: str) -> np.ndarray:
     """
     side, up = np.array([1.0, 0.0, 0.0]), up_of(up_axis)
     return np.stack([side, up, np.cross(side, up)], axis=1)
+
+
+def box_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) low and high corner of the box of (n, 3) points. By columns, because numpy is 20 times as fast so."""
+    return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
 
 
 def view_of_points(
@@ -206,14 +210,9 @@ class CameraView:
         return math.degrees(math.atan(t / self.focal_distance) - math.atan(b / self.focal_distance))
 
     def half_size(self, width: int, height: int) -> tuple[float, float]:
-        """Half of the window at distance 1, for a picture of this size: tan(fov/2) · width/height and tan(fov/2)."""
-        if self.has_window:
-            l, r, b, t = self.window(width / height)
-            return (r - l) / 2 / self.focal_distance, (t - b) / 2 / self.focal_distance
-        tan_half_fov = math.tan(math.radians(self.angle(width / height)) / 2)
-        if self.frame_aspect is not None:
-            return tan_half_fov * self.frame_aspect, tan_half_fov
-        return tan_half_fov * width / height, tan_half_fov
+        """Half of the window at distance 1, for a picture of this size: tan(fov/2) · aspect and tan(fov/2)."""
+        l, r, b, t = self.window(width / height)
+        return (r - l) / 2 / self.focal_distance, (t - b) / 2 / self.focal_distance
 
     def stretch(self, width: int, height: int) -> float:
         """The ratio width / height with which a picture of this size shows a square; 1 without distortion (C-11)."""
@@ -233,8 +232,9 @@ def check_angle(fov: float | None, screen_window: Numbers | None = None, largest
         ends = "both excluded" if largest <= 180.0 else "0 excluded"
         raise InputError(f"camera: fov must be between 0 and {largest:g} degrees ({ends}), not {fov:g}")
     if screen_window is not None:
-        window = digits_of(np.asarray(screen_window, float))
-        warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {window}", stacklevel=5)
+        warnings.warn(
+            f"camera: fov {fov:g} does not count beside screen_window {digits_of(screen_window)}", stacklevel=5
+        )
         return None
     return fov
 

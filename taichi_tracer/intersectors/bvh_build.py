@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas import vector_math as tm
-from taichi_tracer.formulas.points import box_of
+from taichi_tracer.formulas.view import box_of
 from taichi_tracer.intersectors.lanes import larger, smaller
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time

@@ -1,7 +1,7 @@
 """Do hard cases stay numerically stable, in which mode, and what does that cost in time?
 
 Every triangle test × precision × fast_math × intersector is sent the rays of a catalogue of hard cases, and judged by
-oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.case.promise_of``); what
+oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.case.promises_of``); what
 a mode does not promise is counted all the same. Registered parts of your own are modes and cases like the others.
 """
 
@@ -10,13 +10,13 @@ import json
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.formulas.points import box_of
+from taichi_tracer.formulas.view import box_of
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.studies.columns import describe_machine, in_columns
@@ -35,11 +35,10 @@ from taichi_tracer.studies.hard.case import (
     CaseInScene,
     CaseRays,
     CaseTally,
-    Promise,
     RayMode,
     RendererCase,
     SharedScene,
-    promise_of,
+    promises_of,
     seconds_of,
 )
 from taichi_tracer.studies.hard.light_cases import OF_BRDFS, furnace, own_brdf
@@ -294,7 +293,7 @@ def run_mode(
     mode: RayMode, size: Level, stages: list[SharedScene], rays: dict[str, CaseRays], references: dict
 ) -> tuple[Row, list[CaseVerdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
-    promise, verdicts, ns_per_ray = promise_of(mode), [], math.nan
+    promises, verdicts, ns_per_ray = promises_of(mode), [], math.nan
     for stage in stages:
         if not size.covers(stage.name, mode):
             continue
@@ -308,7 +307,7 @@ def run_mode(
             findings |= difference_from_brute_force(mode, case, on, references)
             if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
                 long_run(case, on, size.edge_rays, findings)
-            verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
+            verdicts.append(verdict_of(str(mode), promises, case.name, len(sent), findings))
         if TIMED_CASE in placed:
             ns_per_ray = time_per_ray(placed[TIMED_CASE], few)
     return Row(mode, totals(verdicts), ns_per_ray), verdicts
@@ -321,14 +320,12 @@ def difference_from_brute_force(mode: RayMode, case: Case, on: CaseInScene, refe
     on.intersected = []
     if mode.intersector == REFERENCE:
         references[key] = answers
-    if mode.intersector == REFERENCE or key not in references:
-        return {}
     wrong = 0
-    for mine, truth in zip(answers, references[key], strict=False):
+    for mine, truth in zip(answers, references.get(key, ()), strict=False):
         n = min(len(mine), len(truth))
         same = (mine[:n] == truth[:n]) | (np.isnan(mine[:n]) & np.isnan(truth[:n]))
         wrong += int((~same).any(axis=1).sum())
-    return {"differs": wrong}
+    return {"differs": wrong} if key in references else {}
 
 
 def long_run(case: Case, on: CaseInScene, count: int, findings: dict[str, float]) -> None:
@@ -349,12 +346,11 @@ def time_per_ray(on: CaseInScene, count: int) -> float:
     return 1e9 * seconds_of(lambda: on.scene.intersect(origins, directions)) / count
 
 
-def verdict_of(mode: RayMode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
-    """What of the findings a promise excludes, and what is merely not right."""
-    limits = {name: promise.limit(name, mode.epsilon) for name in findings}
-    broken = [name for name, value in findings.items() if limits[name] is not None and not value <= limits[name]]
-    weak = [name for name, value in findings.items() if limits[name] is None and name in COUNTS and value > 0]
-    return CaseVerdict(str(mode), case, rays, findings, broken, weak)
+def verdict_of(mode: str, promises: dict[str, float], case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
+    """What of the findings the promises exclude, and what is merely not right."""
+    broken = [name for name, value in findings.items() if name in promises and not value <= promises[name]]
+    weak = [name for name, value in findings.items() if name not in promises and name in COUNTS and value > 0]
+    return CaseVerdict(mode, case, rays, findings, broken, weak)
 
 
 def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
@@ -368,13 +364,13 @@ def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
 def renderer_verdicts(mode: RayMode, level: str) -> list[CaseVerdict]:
     """The cases of the rest of the renderer; without fast_math each promises that nothing is wrong."""
     name = f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}"
-    promise = Promise() if mode.fast_math else Promise(zero=frozenset(COUNTS))
+    promises = {} if mode.fast_math else dict.fromkeys(COUNTS, 0.0)
     verdicts = []
     for case in renderer_cases(level, mode.precision):
         tally = CaseTally()
         case.check(tally, mode.epsilon)
         findings = {"wrong": tally.wrong, "nan": tally.nan}
-        verdicts.append(replace(verdict_of(mode, promise, case.name, tally.tried, findings), mode=name))
+        verdicts.append(verdict_of(name, promises, case.name, tally.tried, findings))
     return verdicts
 
 
@@ -431,30 +427,30 @@ def case_rows(result: SuiteResult) -> list[dict[str, str]]:
     known: dict[str, str | None] = {case.name: type(case).__doc__ for case in all_cases()}
     for one in renderer_cases("full", "f32"):
         known[one.name] = getattr(one.check, "func", one.check).__doc__
-    promise = promise_of(DEFAULT)
+    promises = promises_of(DEFAULT)
     return [
         {
             "case": verdict.case,
             "what could break": " ".join((known.get(verdict.case) or "").split("\n\n")[0].split()),
             "": verdict.word,
-            "found": found_in_words(verdict, promise),
+            "found": found_in_words(verdict, promises),
         }
         for verdict in result.of_default
     ]
 
 
-def found_in_words(verdict: CaseVerdict, promise: Promise) -> str:
+def found_in_words(verdict: CaseVerdict, promises: dict[str, float]) -> str:
     """What is wrong; or the number nearest to its bound."""
     wrong = [*verdict.broken, *verdict.weak]
     if wrong:
         return ", ".join(f"{name.replace('_', ' ')} {verdict.findings[name]:,.3g}" for name in wrong) + (
             f" of {verdict.rays:,}"
         )
-    errors = {name: value for name, value in verdict.findings.items() if name in promise.t_error}
+    errors = {name: value for name, value in verdict.findings.items() if promises.get(name, 0) > 0}
     if errors:
-        name = max(errors, key=lambda one: errors[one] / promise.t_error[one])
-        bound = promise.t_error[name] * DEFAULT.epsilon
-        return f"t is off by {errors[name]:.1e}, at most {bound:.1e} is allowed, {verdict.rays:,} rays"
+        name = max(errors, key=lambda one: errors[one] / promises[one])
+        allowed = f"at most {promises[name]:.1e} is allowed"
+        return f"t is off by {errors[name]:.1e}, {allowed}, {verdict.rays:,} rays"
     return f"0 of {verdict.rays:,} wrong, 0 are allowed"
 
 
@@ -464,7 +460,7 @@ def losses(result: SuiteResult) -> list[str]:
     for mode in dict.fromkeys(v.mode for v in result.verdicts if v not in result.of_default):
         wrong = [v for v in result.verdicts if v.mode == mode and v.word != "PASS"]
         wrong.sort(key=lambda v: (v.word != "FAIL", -max(v.findings[name] for name in [*v.broken, *v.weak])))
-        named = [f"{'FAIL ' * bool(v.broken)}{v.case}: {found_in_words(v, Promise())}" for v in wrong[:MOST_NAMED]]
+        named = [f"{'FAIL ' * bool(v.broken)}{v.case}: {found_in_words(v, {})}" for v in wrong[:MOST_NAMED]]
         more = f"; and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
         lines += [f"{mode}: {'; '.join(named)}{more}"] if wrong else []
     return lines
@@ -473,7 +469,7 @@ def losses(result: SuiteResult) -> list[str]:
 def table(result: SuiteResult) -> list[str]:
     """Lines of text: the verdict on the default, first and last; every mode, every case, what other modes lose."""
     verdict = default_line(result)
-    failed = [f"FAIL  {v.case}: {found_in_words(v, Promise())}" for v in result.of_default if v.word == "FAIL"]
+    failed = [f"FAIL  {v.case}: {found_in_words(v, {})}" for v in result.of_default if v.word == "FAIL"]
     modes, cases = (in_columns(rows) for rows in (mode_rows(result), case_rows(result)))
     last = f"Measured with {result.machine}.", *failed, verdict
     return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", *last]

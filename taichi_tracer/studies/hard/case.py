@@ -134,44 +134,31 @@ COUNTS = {
 }
 
 
-@dataclass(frozen=True)
-class Promise:
-    """What a mode keeps in every case; what is not named here is reported, and never a failure.
-
-    Attributes:
-        zero: counts that are 0.
-        t_error: class of rays → largest relative error of t, in ε of the precision.
-    """
-
-    zero: frozenset[str] = frozenset()
-    t_error: dict[str, float] = field(default_factory=dict)
-
-    def limit(self, finding: str, epsilon: float) -> float | None:
-        """The largest value of a finding that is as promised; None where nothing is promised of it."""
-        return 0.0 if finding in self.zero else self.t_error[finding] * epsilon if finding in self.t_error else None
-
-
 # In f32, t is computed once more in f64 at a hit. In f64 there is nothing wider to turn to, nor in f32 on a backend
 # without f64: a sliver's aspect, or one over the angle of a grazing ray, multiplies the rounding of the vertices'
 # differences.
+# Class of rays → the largest relative error of t, in ε of the precision.
 T_ERROR = {"t_unit": 4, "t_sliver": 4, "t_grazing": 4, "t_far": 4}
 T_ERROR_NOT_WIDENED = {"t_unit": 32, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64}
 ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
-EVERYTHING = frozenset(COUNTS)
 # Without f64, the sign of an edge function is unknown where both of its products round to the same number.
 NEED_F64 = frozenset({"edge_leaks", "vertex_leaks", "false_hits"})
 
 
-def promise_of(mode: RayMode) -> Promise:
-    """What a mode promises on the backend that runs. A triangle test without a line in ``ZERO`` must never be wrong."""
+def promises_of(mode: RayMode) -> dict[str, float]:
+    """Finding → the largest value that a mode promises on the backend that runs, in every case.
+
+    What is not named is reported, and never a failure. A triangle test without a line in ``ZERO`` must never be wrong.
+    """
     if mode.fast_math:
-        return Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
-    zero = ZERO.get(mode.triangle_test, EVERYTHING)
+        return {}  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
+    zero = ZERO.get(mode.triangle_test, frozenset(COUNTS))
     if not runtime.can("f64"):
         zero -= NEED_F64
     if not mode.is_watertight and not runtime.can("separate roundings"):
         zero -= {"wrong"}  # a product and a sum with one rounding: u may be below 0 on an edge
-    return Promise(zero, T_ERROR if runtime.can_widen() else T_ERROR_NOT_WIDENED)
+    t_error = T_ERROR if runtime.can_widen() else T_ERROR_NOT_WIDENED
+    return dict.fromkeys(zero, 0.0) | {name: factor * mode.epsilon for name, factor in t_error.items()}
 
 
 # ── cases ──
