@@ -178,7 +178,10 @@ class ProgressiveRenderer(RendererParts):
         """Forget the samples, so that the next ``render`` starts the picture again."""
         self.shares.reset()
         self.film.reset()
-        self.error_curves.begin(self.active.name, self.state()[2:])
+        of = self.state()[2:]  # everything that the picture depends on beside the integrator
+        if of != self._curves_of:
+            self.error_curves, self._curves_of = {}, of
+        self.error_curves.pop(self.active.name, None)
 
     @one_at_a_time
     def begin(self) -> None:

@@ -16,7 +16,7 @@ from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.progress import ErrorCurves, Progress, Target
+from taichi_tracer.picture.progress import ErrorPoint, Progress, Target
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.picture.sample_parts import EyeRays, SampleParts
 from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sampler
@@ -122,7 +122,9 @@ class RendererParts(KnownAttributes, RenderedPicture):
         self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
-        self.seconds_before, self.error_curves = 0.0, ErrorCurves()
+        self.seconds_before = 0.0
+        self.error_curves: dict[str, list[ErrorPoint]] = {}
+        self._curves_of: tuple | None = None  # the ``state`` to which they belong
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
         self._searched: tuple | None = None  # the ``state`` for which ``find_rare_light`` was called last

@@ -250,13 +250,12 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``triangle_hit``."""
         note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
 
-    methods = {
-        "met_children": entered,
-        "try_corners": tried_corners,
-        "solved": tried_solved,
-        "triangle_hit": tried_hit,
+    return {
+        "met_children": after(entered),
+        "try_corners": after(tried_corners),
+        "solved": after(tried_solved),
+        "triangle_hit": after(tried_hit),
     }
-    return {name: after(act) for name, act in methods.items()}
 
 
 def recorded_scene(scene: Any, log: Log) -> Any:
@@ -300,15 +299,22 @@ def recorded_scene(scene: Any, log: Log) -> Any:
         if part.samples_lights:
             part.lights.pdf(surface.origin, surface.normal, w_i, hit)
 
-    search = noted_search(log) | noted(log, INTERSECTOR)
-    of_surface = noted(log, SURFACE)
     found = observed_scene(
         scene,
-        {"scene": noted(log, SCENE), "lights": noted(log, LIGHTS), "ray_intersector": search, "surface": of_surface},
+        {
+            "scene": noted(log, SCENE),
+            "lights": noted(log, LIGHTS),
+            "ray_intersector": noted_search(log) | noted(log, INTERSECTOR),
+            "surface": noted(log, SURFACE),
+        },
     )
-    asked = {"surface_at": made, "visible": arrived, "met": met}
-    of_directions = {"sample": after(drawn), "pdf": after(weighed)}
-    return observed_scene(found, {"scene": {name: after(act) for name, act in asked.items()}, "surface": of_directions})
+    return observed_scene(
+        found,
+        {
+            "scene": {"surface_at": after(made), "visible": after(arrived), "met": after(met)},
+            "surface": {"sample": after(drawn), "pdf": after(weighed)},
+        },
+    )
 
 
 def recorded_integrator(integrator: Any, log: Log) -> Any:

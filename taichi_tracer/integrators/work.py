@@ -46,8 +46,8 @@ class WorkTally:
         self.primitives += 1
 
     @ti.func
-    def shadow_ray(self, is_blocked):
-        """A shadow ray was sent."""
+    def shadow_ray(self, intersector, is_blocked, ray, t_max):
+        """A shadow ray was sent: ``is_occluded`` of an intersector."""
         if is_blocked:
             self.blocked += 1
 
@@ -60,8 +60,8 @@ class WorkTally:
         self.x, self.y, self.z = w_i.x, w_i.y, w_i.z
 
     @ti.func
-    def scattered(self, surface, w_i):
-        """A surface got a direction. A mirror's is no sample."""
+    def scattered(self, surface, value, w_i):
+        """A surface got a direction, for one of ``SCATTERING``. A mirror's is no sample."""
         if not surface.is_delta():
             self.direction(surface.normal, w_i)
 
@@ -103,14 +103,6 @@ def counted(parts: Any, number: str) -> Any:
 def counted_scene(scene: Any, tally: WorkTally) -> Any:
     """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
 
-    def sent(intersector, is_blocked, *of):
-        """``is_occluded``: a shadow ray was sent."""
-        tally.shadow_ray(is_blocked)
-
-    def scattered(surface, value, w_i):
-        """One of ``SCATTERING``: a surface got a direction."""
-        tally.scattered(surface, w_i)
-
     def sampled(lights, found, x, n, xi):
         """``sample`` of lights: below the horizon, no surface is asked for the value of this direction."""
         tally.direction(n, found[0])
@@ -121,8 +113,8 @@ def counted_scene(scene: Any, tally: WorkTally) -> Any:
     if hasattr(scene.ray_intersector, TRYING[1]):  # elsewhere, ``intersect_primitive`` counts spheres already
         search["sphere_candidate"] = partial(noting, tally.primitive)
     observers = {
-        "ray_intersector": search | {"is_occluded": after(sent)},
-        "surface": dict.fromkeys(SCATTERING, after(scattered)),
+        "ray_intersector": search | {"is_occluded": after(tally.shadow_ray)},
+        "surface": dict.fromkeys(SCATTERING, after(tally.scattered)),
         "lights": {"sample": after(sampled)},
     }
     return observed_scene(scene, observers)

@@ -131,8 +131,11 @@ def build(lamps: LampTable) -> tuple[np.ndarray, np.ndarray]:
     power = lamps.areas * lamps.radiance
     nodes["power"][leaf] = (power / power.max())[of] if count > 0 else 0
     first = leaves // 2
-    while first >= 1:
-        join(nodes, np.arange(first, 2 * first))
+    while first >= 1:  # the parents of one level, and their children
+        parent, a, b = nodes[first : 2 * first], nodes[2 * first : 4 * first : 2], nodes[2 * first + 1 : 4 * first : 2]
+        parent["low"], parent["high"] = np.minimum(a["low"], b["low"]), np.maximum(a["high"], b["high"])
+        parent["power"] = a["power"] + b["power"]
+        parent["axis"], parent["angle"] = joined_cones(a["axis"], a["angle"], b["axis"], b["angle"])
         first //= 2
     empty = nodes["power"] == 0
     nodes["low"][empty], nodes["high"][empty] = 0, 0
@@ -153,16 +156,6 @@ def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
     found = np.full(leaves, -1, np.int32)
     found[node] = ids
     return found
-
-
-def join(nodes: np.ndarray, parents: np.ndarray) -> None:
-    """Compute the bounds of nodes from those of their children."""
-    a, b = 2 * parents, 2 * parents + 1
-    nodes["low"][parents] = np.minimum(nodes["low"][a], nodes["low"][b])
-    nodes["high"][parents] = np.maximum(nodes["high"][a], nodes["high"][b])
-    nodes["power"][parents] = nodes["power"][a] + nodes["power"][b]
-    cones = joined_cones(nodes["axis"][a], nodes["angle"][a], nodes["axis"][b], nodes["angle"][b])
-    nodes["axis"][parents], nodes["angle"][parents] = cones
 
 
 def joined_cones(axis_a, theta_a, axis_b, theta_b) -> tuple[np.ndarray, np.ndarray]:

@@ -71,25 +71,21 @@ def load(renderer, path: str | Path) -> None:
 
 def fingerprint(scene: SceneData) -> str:
     """A hash of everything in the scene on which a picture depends."""
-    mesh, sky = scene.mesh, scene.environment
-    digest = hashlib.sha256(repr(list(mesh.materials)).encode())
+    mesh, sky, lamps = scene.mesh, scene.environment, scene.lamps
+    facts = [list(mesh.materials), scene.material_library.has_both_models, scene.up_axis]
+    facts += [(light.name, light.facts()) for light in scene.lights]
     arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
     arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
     arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
     arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
-    if scene.material_library.has_both_models:
-        digest.update(b"Ns decides")
-    if scene.up_axis != "y":
-        digest.update(scene.up_axis.encode())
     if scene.background is not None:
         arrays += [scene.background.pixels, np.array([scene.background.corners])]
     if sky is not None:
         arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
-        digest.update(sky.lookup.encode())
-    for light in scene.lights:
-        digest.update(repr((light.name, light.facts())).encode())
-    if scene.lamps.count > 0:
-        digest.update(repr((scene.lamps.choice.name, scene.lamps.two_sided)).encode())
+        facts.append(sky.lookup)
+    if lamps.count > 0:
+        facts.append((lamps.choice.name, lamps.two_sided))
+    digest = hashlib.sha256(repr(facts).encode())
     for array in arrays:
         digest.update(f"{array.shape} {array.dtype}".encode())
         digest.update(np.ascontiguousarray(array).data)

@@ -28,15 +28,17 @@ def note_numbers(renderer: Any) -> None:
 
 def note_rays(camera: Any) -> None:
     """Note that most rays of a camera have no direction, with the first pixel of them."""
-    x, y = np.meshgrid(np.linspace(0, camera.width - 1, SIDE), np.linspace(0, camera.height - 1, SIDE))
-    x, y = x.astype(int).ravel(), y.astype(int).ravel()
+    places = np.meshgrid(*(np.linspace(0, size - 1, SIDE, dtype=int) for size in (camera.width, camera.height)))
+    x, y = (place.ravel() for place in places)
     origins, directions = camera.rays(x, y)
     wrong = ~np.isfinite(np.hstack([origins, directions])).all(axis=1) | (directions == 0).all(axis=1)
     if wrong.mean() > MOST_RAYS:
         k = int(wrong.argmax())
-        ray = f"the origin {digits_of(origins[k])} and the direction {digits_of(directions[k])}"
-        text = f"{type(camera).__name__}.generate_ray: the ray of pixel ({x[k]}, {y[k]}) has {ray}, and hits nothing"
-        warnings.warn(text, stacklevel=4)
+        warnings.warn(
+            f"{type(camera).__name__}.generate_ray: the ray of pixel ({x[k]}, {y[k]}) has the origin "
+            f"{digits_of(origins[k])} and the direction {digits_of(directions[k])}, and hits nothing",
+            stacklevel=4,
+        )
 
 
 def note_samples(renderer: Any) -> None:
@@ -44,6 +46,6 @@ def note_samples(renderer: Any) -> None:
     count, of = renderer.non_finite, renderer.width * renderer.height
     if count > MOST_SAMPLES * of:
         x, y, _ = renderer.film.non_finite_samples()[0]
-        part = renderer.active.name
-        message = f"{count:,} of {of:,} samples are NaN or infinite, and are not added; the first at pixel ({x}, {y})"
-        warnings.warn(f"{part}: {message}", NotFiniteWarning, stacklevel=4)
+        found = f"{count:,} of {of:,} samples are NaN or infinite, and are not added"
+        message = f"{renderer.active.name}: {found}; the first at pixel ({x}, {y})"
+        warnings.warn(message, NotFiniteWarning, stacklevel=4)

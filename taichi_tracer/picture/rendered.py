@@ -33,7 +33,9 @@ class RenderedPicture:
     Attributes:
         film: the samples. shares: how often each pixel takes one.
         progress: of the present call of ``render``. seconds_before: of earlier calls for the same picture.
-        error_curves: how the error fell, for every integrator that was tried.
+        error_curves: the name of an integrator → how the error of its last picture fell. A curve stays while another
+            integrator shows the same, so that they can be compared; all end when the camera, the scene or the light
+            changes.
     """
 
     def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
@@ -91,7 +93,9 @@ class RenderedPicture:
             self.find_rare_light()
             error = self.film.error()
         if error > 0:
-            self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
+            curve = self.error_curves.setdefault(self.active.name, [])
+            if not curve or curve[-1].samples < self.samples:
+                curve.append(ErrorPoint(self.samples, self.rendered_seconds, error))
         return error
 
     @property

@@ -356,9 +356,13 @@ class Bench:
         self.start(variant)
         start = time.perf_counter()
         scene = self.scene_of(variant)
-        seconds = time.perf_counter() - start
-        has_environment = scene.environment is not None
-        return SceneFacts(self.title(scene), describe_machine(), scene.lamps.count, has_environment, seconds)
+        return SceneFacts(
+            title=self.title(scene),
+            machine=describe_machine(),
+            lamps=scene.lamps.count,
+            has_environment=scene.environment is not None,
+            read_seconds=time.perf_counter() - start,
+        )
 
     def title(self, scene: SceneData) -> str:
         """What is rendered, for titles: the scene and its light."""
