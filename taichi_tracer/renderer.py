@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import taichi as ti
 
 from taichi_tracer.files.images import Picture
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, PathSettings, check_terms
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer_parts import IntegratorChoice
+from taichi_tracer.renderer_parts import IntegratorChoice, PathValues, Value
 from taichi_tracer.settings import WEIGHTS, usual_values
 from taichi_tracer.system.compile_time import compile_time, inside_kernel
 from taichi_tracer.system.course_fields import held
@@ -60,31 +60,6 @@ class Mode:
 
     def __set__(self, renderer: Any, number: int) -> None:
         renderer.use(getattr(renderer, self.modes)(number))
-
-
-class Value:
-    """A value of what a renderer renders, as its own; kernels read it, and it has ``[None]``, as in the course.
-
-    Attributes:
-        of: the attribute of the renderer that has the value under its ``name``.
-    """
-
-    of = "path_settings"
-
-    def __init__(self, name: str, meaning: str) -> None:
-        self.name, self.__doc__ = name, meaning
-
-    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
-        if renderer is None:
-            return self
-        return held(getattr(renderer, self.of)[self.name], functools.partial(self.assign, renderer))
-
-    def __set__(self, renderer: Any, value: Any) -> None:
-        getattr(renderer, self.of).set(**{self.name: value})
-
-    def assign(self, renderer: Any, value: Any) -> None:
-        """What an assignment to ``[None]`` does."""
-        self.__set__(renderer, value)
 
 
 class Weight(Value):
@@ -245,7 +220,7 @@ class A3Renderer(A2Renderer):
 
 @register
 @overridable()
-class A4Renderer(ProgressiveRenderer):
+class A4Renderer(PathValues, ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
 
     It begins with ``path``. ``max_bounces`` and the others may be set at any time; the picture then starts again.
@@ -258,11 +233,6 @@ class A4Renderer(ProgressiveRenderer):
     ShadingMode = IntEnum("ShadingMode", "IMPLICIT EXPLICIT")
     shading_mode = Mode("ShadingMode")
 
-    @functools.cached_property
-    def path_settings(self) -> PathSettings:
-        """How long paths are; every integrator of this renderer has the same object."""
-        return PathSettings()
-
     def use(self, integrator: IntegratorChoice) -> "Self":
         """Choose how light is found; the length of paths stays. Returns the renderer."""
         super().use(integrator)
@@ -273,23 +243,6 @@ class A4Renderer(ProgressiveRenderer):
     def receipt(self) -> list[str]:
         """One line per effect and per form; then how many bounces are simulated, and whether roulette ends paths."""
         return [*super().receipt(), *self.path_settings.receipt()]
-
-    max_bounces = Value(
-        "max_bounces", "How many surfaces may reflect, 0 to 64: 0 is emitted light, 1 adds direct (A4-2)."
-    )
-    rr_start_bounce = Value("rr_start_bounce", "After so many bounces, Russian roulette may end a path (A4-2).")
-    rr_termination_probability = Value(
-        "rr_termination_probability", "With it, roulette ends a path after each further bounce (A4-2)."
-    )
-    rr_termination_probabilty = rr_termination_probability  # the course's spelling
-    roulette = Value(
-        "roulette",
-        'How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come.',
-    )
-    bounces = Value(
-        "bounces",
-        "(first, last): only light after so many bounces counts; a last of None is no end; None counts all (A4-5).",
-    )
 
     def pictures_by_bounce(
         self, spp: int = 1, bounces: Sequence[int | Bounces] | None = None

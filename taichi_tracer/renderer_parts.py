@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import numpy as np
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.integrators.base import Control, Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import Shares
@@ -23,6 +25,7 @@ from taichi_tracer.sampler import Sampler, UniformSampler, sampler_of, usual_sam
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import one_at_a_time
+from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.checks import Values
 from taichi_tracer.system.parts import PARTS, KnownAttributes, replaced, why_replaced
@@ -65,6 +68,57 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
     if isinstance(found, type):
         return make_camera(width, height, **change_projection(view, found))
     return found
+
+
+class Value:
+    """A value of what a renderer renders, as its own; kernels read it, and it has ``[None]``, as in the course.
+
+    Attributes:
+        of: the attribute of the renderer that has the value under its ``name``.
+    """
+
+    of = "path_settings"
+
+    def __init__(self, name: str, meaning: str) -> None:
+        self.name, self.__doc__ = name, meaning
+
+    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
+        if renderer is None:
+            return self
+        return held(getattr(renderer, self.of)[self.name], functools.partial(self.assign, renderer))
+
+    def __set__(self, renderer: Any, value: Any) -> None:
+        getattr(renderer, self.of).set(**{self.name: value})
+
+    def assign(self, renderer: Any, value: Any) -> None:
+        """What an assignment to ``[None]`` does."""
+        self.__set__(renderer, value)
+
+
+class PathValues:
+    """How long the paths of a renderer are, as its attributes; after a change, the picture starts again."""
+
+    @functools.cached_property
+    def path_settings(self) -> PathSettings:
+        """How long paths are; all integrators of the renderer have the same object."""
+        return PathSettings()
+
+    max_bounces = Value(
+        "max_bounces", "How many surfaces may reflect, 0 to 64: 0 is emitted light, 1 adds direct (A4-2)."
+    )
+    rr_start_bounce = Value("rr_start_bounce", "After so many bounces, Russian roulette may end a path (A4-2).")
+    rr_termination_probability = Value(
+        "rr_termination_probability", "With it, roulette ends a path after each further bounce (A4-2)."
+    )
+    rr_termination_probabilty = rr_termination_probability  # the course's spelling
+    roulette = Value(
+        "roulette",
+        'How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come.',
+    )
+    bounces = Value(
+        "bounces",
+        "(first, last): only light after so many bounces counts; a last of None is no end; None counts all (A4-5).",
+    )
 
 
 class RendererParts(KnownAttributes, RenderedPicture):
@@ -175,8 +229,8 @@ class RendererParts(KnownAttributes, RenderedPicture):
 
     @property
     def needs_light(self) -> bool:
-        """Whether the integrator in use shows nothing in a scene without light."""
-        return self.active.needs_light
+        """Whether what is rendered shows nothing in a scene without light."""
+        return self.explained.needs_light
 
     @property
     def shows_light(self) -> bool:
@@ -185,12 +239,12 @@ class RendererParts(KnownAttributes, RenderedPicture):
 
     @property
     def explained(self) -> Integrator:
-        """The integrator whose samples ``explain`` explains."""
+        """The integrator whose samples the picture takes, and ``explain`` explains."""
         return self.active
 
     def controls(self) -> tuple[Control, ...]:
         """The values that can be changed while the picture is shown, as far as they have an effect at present."""
-        return self.active.controls()
+        return self.explained.controls()
 
     def values(self) -> dict[str, Any]:
         """Name → present value of each of ``value_names``, in use or not."""
@@ -201,7 +255,7 @@ class RendererParts(KnownAttributes, RenderedPicture):
         if name in self.value_names:
             setattr(self, name, value)
         else:
-            self.active.change(name, value)
+            self.explained.change(name, value)
 
     @property
     def srgb(self) -> bool:

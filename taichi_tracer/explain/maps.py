@@ -1,7 +1,6 @@
 """``MapRenderer``: pictures of the work that other pictures take; see ``integrators.work``."""
 
 import copy
-import functools
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -9,13 +8,14 @@ import taichi as ti
 
 from taichi_tracer.files.images import Picture
 from taichi_tracer.integrators.base import Control, Integrator
-from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
+from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.scene_in_kernels import SceneInKernels
 from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.sample_parts import SampleParts
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer_parts import PathValues
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.settings import OPTIONS
 from taichi_tracer.system.errors import one_of
@@ -35,7 +35,7 @@ COVERED = 99.5  # percent of the pixels that the automatic scale covers
 @register
 @ti.data_oriented
 @overridable()
-class MapRenderer(ProgressiveRenderer):
+class MapRenderer(PathValues, ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, directions below the horizon, standard error.
 
     Args:
@@ -68,11 +68,6 @@ class MapRenderer(ProgressiveRenderer):
 
     # ── what is measured ──
 
-    @functools.cached_property
-    def path_settings(self) -> PathSettings:
-        """How long the paths are that are measured."""
-        return PathSettings()
-
     @property
     def of(self) -> str:
         """The name of the integrator that is measured."""
@@ -97,27 +92,9 @@ class MapRenderer(ProgressiveRenderer):
             found.settings = self.path_settings
         return found
 
-    @property
-    def needs_light(self) -> bool:
-        """Whether what is measured shows nothing in a scene without light."""
-        return self.explained.needs_light
-
-    def values(self) -> dict[str, Any]:
-        """What is measured, and how long its paths are."""
-        return {"of": self.of, **self.path_settings.facts()}
-
     def controls(self) -> tuple[Control, ...]:
-        """What is measured, and its own values."""
-        return Control("of", self.of, names=names_of_measured()), *self.explained.controls()
-
-    def change(self, name: str, value: Any) -> None:
-        """Change a value of ``controls``."""
-        if name in DEFAULTS:
-            self.path_settings.set(**{name: value})
-        elif name == "of":
-            self.of = value
-        else:
-            self.explained.change(name, value)
+        """What is measured, and the values of that."""
+        return Control("of", self.of, names=names_of_measured()), *super().controls()
 
     def state(self) -> tuple:
         """Everything that the picture depends on."""

@@ -7,15 +7,21 @@ and V_i is 0 where something stands between them. The sum is not physical: k_d i
 what is reflected. Environments and surfaces that emit do not light anything; they are only seen.
 """
 
+from typing import TYPE_CHECKING
+
 import taichi as ti
 
 from taichi_tracer.brdfs.phong import log1p_of_negative
+from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import varying
 from taichi_tracer.system.parts import overridable, register
+
+if TYPE_CHECKING:
+    from taichi_tracer.scene_data import SceneData
 
 MOST_MIRRORS = 64  # as many as surfaces of a path may reflect
 
@@ -37,7 +43,7 @@ class BlinnPhong(Integrator):
             raise InputError(f"blinn_phong: depth must be a whole number from 0 to {MOST_MIRRORS}, not {depth!r}")
         self.depth, self._is_dark = varying(depth), False
 
-    def prepare(self, scene_data, camera) -> None:
+    def prepare(self, scene_data: "SceneData", camera: ProjectiveCamera) -> None:
         """See whether the scene has lights that count here."""
         self._is_dark = not scene_data.lights
 
