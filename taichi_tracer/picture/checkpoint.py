@@ -10,8 +10,8 @@ from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ran
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.own_code.checks import is_packages
 
-PACKAGE = "taichi_tracer."
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 SHARES = "shares"  # the array of a picture whose pixels do not all take the same samples
@@ -24,7 +24,6 @@ def facts_of(renderer) -> dict:
     matrix = camera.camera_to_world.to_numpy().tolist()
     # A picture depends also on the classes of parts that do not belong to the package.
     parts = [scene.ray_intersector, *(scene.material_library.brdfs[i] for i in scene.effects.brdfs)]
-    names = [f"{type(part).__module__}.{type(part).__qualname__}" for part in parts]
     return {
         "scene": fingerprint(scene),
         "camera": repr((camera.name, matrix, *window)),
@@ -39,7 +38,7 @@ def facts_of(renderer) -> dict:
         "precision": settings.precision,
         "fast math": settings.fast_math,
         **renderer.active.facts(),
-        "own parts": [name for name in names if not name.startswith(PACKAGE)],
+        "own parts": [f"{c.__module__}.{c.__qualname__}" for c in map(type, parts) if not is_packages(c)],
     }
 
 

@@ -84,10 +84,11 @@ def shift_of(
 
 
 def blocks_of(values: np.ndarray, side: int = BLOCK_SIDE) -> np.ndarray:
-    """(rows, columns) the means of square blocks of (h, w) values; what is left over at the ends is not in them."""
-    side = min(side, *values.shape)
-    height, width = (n // side for n in values.shape)
-    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3))
+    """(rows, columns, …) means of square blocks of (h, w, …) values; what is left over at the ends is not in them."""
+    side = min(side, *values.shape[:2])
+    height, width = (n // side for n in values.shape[:2])
+    blocks = values[: height * side, : width * side].reshape(height, side, width, side, *values.shape[2:])
+    return blocks.mean(axis=(1, 3))
 
 
 def typical_error(film: Film) -> float:

@@ -204,20 +204,15 @@ class Progress:
         n, error = now[-1]
         power = 0.5  # 1/√n, the error of independent samples
         if n >= FIT_SPAN * now[0][0]:
-            power += CAUTION * min(max(-slope(now) - power, 0.0), MOST_EXTRA_SLOPE)
+            samples, errors = np.log(now).T
+            slope, _ = np.polyfit(samples, errors, 1)
+            power += CAUTION * min(max(-slope - power, 0.0), MOST_EXTRA_SLOPE)
         return n * (max(error, self.error.high) / self.target.error) ** (1 / power) - self.samples
 
 
 def soonest(until: dict[str, float]) -> float:
     """The smallest number; NaN if one is NaN, or if there is none."""
     return float(np.min(list(until.values()) or [math.nan]))
-
-
-def slope(points: list[tuple[float, float]]) -> float:
-    """The slope of the straight line through the logarithms of the points, by least squares."""
-    x, y = np.log(points).T
-    centred = x - x.mean()
-    return float(centred @ y / (centred @ centred))
 
 
 def render_until(renderer, target: Target, watch=None) -> None:

@@ -162,6 +162,7 @@ class CaseVerdict:
         mode: as it is written in tables. case: its name.
         rays: how many were sent.
         findings: see ``Case.judge``.
+        limits: see ``promises_of``, of the findings.
         broken: findings that a promise excludes. weak: findings that are not 0, and that nothing was promised of.
     """
 
@@ -169,6 +170,7 @@ class CaseVerdict:
     case: str
     rays: int
     findings: dict[str, float]
+    limits: dict[str, float]
     broken: list[str]
     weak: list[str]
 
@@ -348,9 +350,10 @@ def time_per_ray(on: CaseInScene, count: int) -> float:
 
 def verdict_of(mode: str, promises: dict[str, float], case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
     """What of the findings the promises exclude, and what is merely not right."""
-    broken = [name for name, value in findings.items() if name in promises and not value <= promises[name]]
-    weak = [name for name, value in findings.items() if name not in promises and name in COUNTS and value > 0]
-    return CaseVerdict(mode, case, rays, findings, broken, weak)
+    limits = {name: promises[name] for name in findings if name in promises}
+    broken = [name for name, limit in limits.items() if not findings[name] <= limit]
+    weak = [name for name, value in findings.items() if name not in limits and name in COUNTS and value > 0]
+    return CaseVerdict(mode, case, rays, findings, limits, broken, weak)
 
 
 def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
@@ -427,30 +430,29 @@ def case_rows(result: SuiteResult) -> list[dict[str, str]]:
     known: dict[str, str | None] = {case.name: type(case).__doc__ for case in all_cases()}
     for one in renderer_cases("full", "f32"):
         known[one.name] = getattr(one.check, "func", one.check).__doc__
-    promises = promises_of(DEFAULT)
     return [
         {
             "case": verdict.case,
             "what could break": " ".join((known.get(verdict.case) or "").split("\n\n")[0].split()),
             "": verdict.word,
-            "found": found_in_words(verdict, promises),
+            "found": found_in_words(verdict),
         }
         for verdict in result.of_default
     ]
 
 
-def found_in_words(verdict: CaseVerdict, promises: dict[str, float]) -> str:
+def found_in_words(verdict: CaseVerdict) -> str:
     """What is wrong; or the number nearest to its bound."""
     wrong = [*verdict.broken, *verdict.weak]
     if wrong:
         return ", ".join(f"{name.replace('_', ' ')} {verdict.findings[name]:,.3g}" for name in wrong) + (
             f" of {verdict.rays:,}"
         )
-    errors = {name: value for name, value in verdict.findings.items() if promises.get(name, 0) > 0}
-    if errors:
-        name = max(errors, key=lambda one: errors[one] / promises[one])
-        allowed = f"at most {promises[name]:.1e} is allowed"
-        return f"t is off by {errors[name]:.1e}, {allowed}, {verdict.rays:,} rays"
+    shares = {name: verdict.findings[name] / limit for name, limit in verdict.limits.items() if limit > 0}
+    if shares:
+        name = max(shares, key=shares.get)
+        allowed = f"at most {verdict.limits[name]:.1e} is allowed"
+        return f"t is off by {verdict.findings[name]:.1e}, {allowed}, {verdict.rays:,} rays"
     return f"0 of {verdict.rays:,} wrong, 0 are allowed"
 
 
@@ -460,7 +462,7 @@ def losses(result: SuiteResult) -> list[str]:
     for mode in dict.fromkeys(v.mode for v in result.verdicts if v not in result.of_default):
         wrong = [v for v in result.verdicts if v.mode == mode and v.word != "PASS"]
         wrong.sort(key=lambda v: (v.word != "FAIL", -max(v.findings[name] for name in [*v.broken, *v.weak])))
-        named = [f"{'FAIL ' * bool(v.broken)}{v.case}: {found_in_words(v, {})}" for v in wrong[:MOST_NAMED]]
+        named = [f"{'FAIL ' * bool(v.broken)}{v.case}: {found_in_words(v)}" for v in wrong[:MOST_NAMED]]
         more = f"; and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
         lines += [f"{mode}: {'; '.join(named)}{more}"] if wrong else []
     return lines
@@ -469,7 +471,7 @@ def losses(result: SuiteResult) -> list[str]:
 def table(result: SuiteResult) -> list[str]:
     """Lines of text: the verdict on the default, first and last; every mode, every case, what other modes lose."""
     verdict = default_line(result)
-    failed = [f"FAIL  {v.case}: {found_in_words(v, {})}" for v in result.of_default if v.word == "FAIL"]
+    failed = [f"FAIL  {v.case}: {found_in_words(v)}" for v in result.of_default if v.word == "FAIL"]
     modes, cases = (in_columns(rows) for rows in (mode_rows(result), case_rows(result)))
     last = f"Measured with {result.machine}.", *failed, verdict
     return [verdict, "", *modes, *LEGEND, "", *cases, "", *losses(result), "", *last]

@@ -20,7 +20,7 @@ import taichi as ti
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.integrators import path_settings
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.picture.metrics import relative_rmse
+from taichi_tracer.picture.metrics import blocks_of, relative_rmse
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
@@ -293,11 +293,7 @@ class Shot(NamedTuple):
         if scale == 1:
             return self
         n = round(1 / scale)
-        height, width = (s // n for s in self.image.shape[:2])
-        image, variance = (
-            values[: height * n, : width * n].reshape(height, n, width, n, 3).mean(axis=(1, 3))
-            for values in (self.image, self.variance / n**2)
-        )
+        image, variance = blocks_of(self.image, n), blocks_of(self.variance / n**2, n)
         factor = math.sqrt(variance.mean() / self.variance.mean()) if self.variance.mean() > 0 else 1.0
         error = RelativeError(self.error * factor, self.error.low * factor, self.error.high * factor)
         return self._replace(image=image, error=error, variance=variance)
