@@ -129,7 +129,7 @@ def build(lamps: LampTable) -> tuple[np.ndarray, np.ndarray]:
     nodes["axis"][leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
     nodes["angle"][leaf] = np.where(has_side, 0, np.pi)
     power = lamps.areas * lamps.radiance
-    nodes["power"][leaf] = (power / power.max())[of] if count > 0 else 0
+    nodes["power"][leaf] = (power / power.max())[of]
     first = leaves // 2
     while first >= 1:  # the parents of one level, and their children
         parent, a, b = nodes[first : 2 * first], nodes[2 * first : 4 * first : 2], nodes[2 * first + 1 : 4 * first : 2]
@@ -137,8 +137,6 @@ def build(lamps: LampTable) -> tuple[np.ndarray, np.ndarray]:
         parent["power"] = a["power"] + b["power"]
         parent["axis"], parent["angle"] = joined_cones(a["axis"], a["angle"], b["axis"], b["angle"])
         first //= 2
-    empty = nodes["power"] == 0
-    nodes["low"][empty], nodes["high"][empty] = 0, 0
     return order, nodes
 
 
