@@ -182,20 +182,34 @@ class RayIntersector:
     @ti.func
     def triangle_hit(self, ray, triangle_id, t_min):
         """HitData of one triangle beyond t_min."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        is_inside, t, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        hit = no_hit()
-        if self.is_legal(ray) and is_inside and det != 0:
-            t = within_box(self.ray_bounds(ray), t, v0, v1, v2)
-            if ti.static(self.geometry.effects.culling):
-                if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
-                    t = -tm.inf
-            if ti.static(self.geometry.effects.holes):
+        corners, hit = self.geometry.triangle(triangle_id), no_hit()
+        if self.is_legal(ray):
+            t, u, v = self.try_corners(ray, self.ray_bounds(ray), triangle_id, triangle_id, corners, 1)
+            if t_min < t:
+                hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
+        return hit
+
+    @ti.func
+    def try_corners(self, ray, bounds, primitive_id, triangle_id, corners, facing):
+        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes.
+
+        Args:
+            primitive_id: its id among all primitives, which those who watch want to know.
+            facing: −1 if the corners are those of a mirror image, whose front stays a front, else 1.
+        """
+        v0, v1, v2 = corners
+        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
+        t = -tm.inf
+        if is_inside and det != 0:
+            t = within_box(bounds, distance, v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) * facing > 0:
+                t = -tm.inf
+        if ti.static(self.geometry.effects.holes):
+            if t > -tm.inf:
                 if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
                     t = -tm.inf
-            if t_min < t:
-                hit = self.describe_triangle(ray, t, triangle_id, u, v, (v0, v1, v2))
-        return hit
+        return t, u, v
 
     @ti.func
     def sphere_hit(self, ray, sphere_id, t_min):
@@ -203,7 +217,7 @@ class RayIntersector:
         t = self.sphere_candidate(ray, self.ray_bounds(ray), sphere_id, t_min)
         hit = no_hit()
         if self.is_legal(ray) and t_min < t:
-            hit = self.describe_sphere(ray, t, sphere_id, self.outward_normal(ray, t, sphere_id))
+            hit = self.describe_sphere(ray, t, sphere_id)
         return hit
 
     @ti.func
@@ -247,49 +261,23 @@ class RayIntersector:
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         position, position_error = self.geometry.position(u, v, *corners, self.geometry.thinness[triangle_id])
-        is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
-        facing = ti.select(is_backfacing, -1, 1)
-        return HitData(
-            is_hit=1,
-            is_backfacing=is_backfacing,
-            triangle_id=triangle_id,
-            distance=t,
-            barycentric_coords=tm.vec2(u, v),
-            normal=facing * normal,
-            geometric_normal=facing * geometric_normal,
-            material_id=self.geometry.triangle_material_ids[triangle_id],
-            position=position,
-            position_error=position_error,
-        )
+        material_id = self.geometry.triangle_material_ids[triangle_id]
+        hit = facing_hit(ray, t, tm.vec2(u, v), normal, geometric_normal, material_id, position, position_error)
+        hit.triangle_id = triangle_id
+        return hit
 
     @ti.func
-    def outward_normal(self, ray, t, sphere_id):
-        """The unit normal, away from the centre, where a ray meets a sphere."""
-        centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
-        return sphere_normal(widened(ray.origin), widened(ray.direction), widened(centre), widened(radius), t)
-
-    @ti.func
-    def describe_sphere(self, ray, t, sphere_id, outward):
-        """HitData of a sphere with this ``outward_normal``; its (u, v) are longitude and latitude, each from 0 to 1.
+    def describe_sphere(self, ray, t, sphere_id):
+        """HitData of a sphere without its number; its (u, v) are longitude and latitude, each from 0 to 1.
 
         The position is c + r n. This point lies on the sphere at any distance from the origin of the ray. Its rounding
         error is a few ε of |c| + r.
         """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
-        is_backfacing = tm.dot(ray.direction, outward) > 0
-        normal = ti.select(is_backfacing, -outward, outward)
-        return HitData(
-            is_hit=1,
-            is_backfacing=is_backfacing,
-            triangle_id=-1,
-            distance=t,
-            barycentric_coords=longitude_latitude(outward),
-            normal=normal,
-            geometric_normal=normal,
-            material_id=self.geometry.sphere_material_ids[sphere_id],
-            position=centre + radius * outward,
-            position_error=(abs(centre) + radius) * ti.static(8 * runtime.epsilon()),
-        )
+        n = sphere_normal(widened(ray.origin), widened(ray.direction), widened(centre), widened(radius), t)
+        error = (abs(centre) + radius) * ti.static(8 * runtime.epsilon())
+        material_id = self.geometry.sphere_material_ids[sphere_id]
+        return facing_hit(ray, t, longitude_latitude(n), n, n, material_id, centre + radius * n, error)
 
     @ti.func
     def exact_distance(self, ray, distance, corners, t_min, t_max):
@@ -304,6 +292,25 @@ class RayIntersector:
             if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
                 distance = exact
         return distance
+
+
+@ti.func
+def facing_hit(ray, t, uv, normal, geometric_normal, material_id, position, position_error):
+    """HitData without a number. The normals are given on the outside; they become those that face the ray's origin."""
+    is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
+    facing = ti.select(is_backfacing, -1, 1)
+    return HitData(
+        is_hit=1,
+        is_backfacing=is_backfacing,
+        triangle_id=-1,
+        distance=t,
+        barycentric_coords=uv,
+        normal=facing * normal,
+        geometric_normal=facing * geometric_normal,
+        material_id=material_id,
+        position=position,
+        position_error=position_error,
+    )
 
 
 @register

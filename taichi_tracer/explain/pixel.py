@@ -239,22 +239,17 @@ def noted_search(log: Log) -> dict[str, Observer]:
         log.note("a node is entered", is_limited=True, node=node, boxes_met=tm.popcnt(result[1]), t_max=t_max)
 
     def tried_corners(part, result, ray, bounds, primitive_id, triangle_id, corners, facing):
-        """``try_corners`` of a wide hierarchy, or of objects that stand in several places."""
+        """``try_corners``."""
         note_triangle(log, part, ray, primitive_id, corners, result[0])
 
     def tried_solved(part, result, ray, aim, place, *numbers):
         """``solved`` of a triangle whose block was solved at once."""
         note_triangle(log, part, ray, part.blocks.primitive(place), part.blocks.triangle(place), result[0])
 
-    def tried_hit(part, result, ray, triangle_id, t_min):
-        """``triangle_hit``."""
-        note_triangle(log, part, ray, triangle_id, part.geometry.triangle(triangle_id), result.distance)
-
     return {
         "met_children": after(entered),
         "try_corners": after(tried_corners),
         "solved": after(tried_solved),
-        "triangle_hit": after(tried_hit),
     }
 
 

@@ -21,7 +21,8 @@ from taichi_tracer.system.parts import register
 
 # Methods of an intersector that enter a node or try a box; those that try a triangle
 # or a sphere; and methods of a surface to one of which each direction that is sampled goes.
-ENTERING, TRYING = ("met_children", "node_interval"), ("intersect_primitive", "try_corners", "solved")
+ENTERING = "met_children", "node_interval"
+TRYING = "intersect_triangle", "try_corners", "solved", "sphere_candidate", "ellipsoid_in"
 SCATTERING = "eval_cosine", "weight"
 
 
@@ -110,8 +111,6 @@ def counted_scene(scene: Any, tally: WorkTally) -> Any:
     search = dict.fromkeys(ENTERING, partial(noting, tally.node)) | dict.fromkeys(
         TRYING, partial(noting, tally.primitive)
     )
-    if hasattr(scene.ray_intersector, TRYING[1]):  # elsewhere, ``intersect_primitive`` counts spheres already
-        search["sphere_candidate"] = partial(noting, tally.primitive)
     observers = {
         "ray_intersector": search | {"is_occluded": after(tally.shadow_ray)},
         "surface": dict.fromkeys(SCATTERING, after(tally.scattered)),

@@ -91,13 +91,11 @@ class BVHRayIntersector(RayIntersector):
 
 def nodes_of(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """((N, 6) boxes, (N, 3) first, count and axis of nodes, the order of the items, the depth) over (n, 6) boxes."""
-    if len(boxes) == 0:
-        outside = np.array([[np.inf] * 3 + [-np.inf] * 3], boxes.dtype)  # a box that no ray meets
-        return outside, np.zeros((1, 3), np.int32), np.zeros(0, np.int32), 1
     tree = bvh_build.build(boxes, at_once=1)
     is_inner = tree.child >= 0
     links = np.stack([tree.begin, tree.end - tree.begin, np.zeros_like(tree.begin)], axis=1).astype(np.int32)
-    child, centre = tree.child[is_inner], tree.box[:, :3] + tree.box[:, 3:]
+    child = tree.child[is_inner]
+    left, right = tree.box[child], tree.box[child + 1]
     links[is_inner, 0], links[is_inner, 1] = child, 0
-    links[is_inner, 2] = (centre[child + 1] - centre[child]).argmax(axis=1)
+    links[is_inner, 2] = (right[:, :3] + right[:, 3:] - (left[:, :3] + left[:, 3:])).argmax(axis=1)
     return tree.box, links, tree.order, len(tree.levels) - 1

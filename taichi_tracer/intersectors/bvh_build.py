@@ -6,7 +6,6 @@ grid. One kernel builds a tree for each group, in parallel, and then a tree over
 For a small mesh, numpy is done before a new process has this kernel ready, see ``build_small``.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,8 +29,6 @@ COST_OF_BOX = 1.2  # the cost of visiting a node of a small tree, in units of th
 FEW_PRIMITIVES = 3072
 TINY = 256  # up to this number of triangles, numpy splits blocks too: rays gain up to 5 %, and the start loses 4 ms
 MEDIUM = 8192  # up to this number of triangles, one task of the kernel builds the whole tree, in 4 ms
-BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
-SHOW_PROGRESS_AFTER = 2.0  # seconds
 MOST_BITS = 5  # of a grid cell along an axis: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
 # Nodes that wait on the stack of one task. The larger half always waits, so that 33 entries suffice for 2^32 items.
 STACK_SIZE = 64
@@ -59,7 +56,7 @@ class BinaryTree:
 
 
 def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
-    """The tree over (F, 6) boxes, F ≥ 1.
+    """The tree over (F, 6) boxes. Without any, its root is a leaf with a box that no ray meets.
 
     Args:
         at_once: how many items a ray tests at the cost of one. A tree of more than ``FEW_PRIMITIVES`` items is split
@@ -67,44 +64,33 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
             often, and their memory is a seventh smaller.
     """
     n = len(box)
-    if n <= FEW_PRIMITIVES:
+    if n <= FEW_PRIMITIVES or not runtime.can("parallel building"):
         return build_small(box)
     order, starts = np.arange(n, dtype=np.int32), np.zeros(1, np.int32)
     if n > MEDIUM:
         order, starts = grid_groups(box)
     ranges = np.stack([starts, np.append(starts[1:], n)], axis=1).astype(np.int32)
-    roots, parts, count = [], [], 0
-    for some in _batches(starts, n):
-        first, last = ranges[some][0, 0], ranges[some][-1, 1]
-        nodes = Nodes(2 * (last - first), box.dtype)
-        nodes.split(ranges[some] - first, box, order[first:last], at_once, BLOCK)
-        numbers = nodes.pack(count)
-        nodes.links[:, 1:] += first
-        roots.append(numbers[2 * (starts[some] - first)])
-        parts.append(nodes)
-        count += len(nodes.box)
-    nodes = joined(parts)
-    return nodes.tree(order, nodes.join(np.concatenate(roots), n))
+    nodes = Nodes(2 * n, box.dtype)
+    nodes.split(ranges, box, order, at_once, BLOCK)
+    roots = nodes.pack(0)[2 * starts]
+    return nodes.tree(order, nodes.join(roots, n))
 
 
-def build_small(box: np.ndarray, most: int | None = None) -> BinaryTree:
-    """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split.
-
-    Args:
-        most: all nodes with more items are split; None splits those for which that is cheaper.
-    """
-    n, is_cheap = len(box), most is None
-    most = (1 if n <= TINY else BLOCK) if most is None else most
-    order, nodes, stack = np.arange(n, dtype=np.int32), Nodes(2 * n, box.dtype), [(0, 0, n)]
+def build_small(box: np.ndarray) -> BinaryTree:
+    """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split."""
+    n = len(box)
+    most = 1 if n <= TINY else BLOCK
+    order, nodes, stack = np.arange(n, dtype=np.int32), Nodes(max(1, 2 * n), box.dtype), [(0, 0, n)]
     with np.errstate(over="ignore", invalid="ignore"):
         while stack:
             node, begin, end = stack.pop()
             own = box[order[begin:end]]
-            nodes.box[node, :3], nodes.box[node, 3:] = own[:, :3].min(axis=0), own[:, 3:].max(axis=0)
+            nodes.box[node, :3] = own[:, :3].min(axis=0, initial=np.inf)
+            nodes.box[node, 3:] = own[:, 3:].max(axis=0, initial=-np.inf)
             nodes.links[node, 1:] = begin, end
             if end - begin <= most:
                 continue
-            split, count = split_small(own.astype(np.float64), MAX_LEAF if is_cheap else most)
+            split, count = split_small(own.astype(np.float64))
             if count > 0:
                 order[begin:end] = order[begin:end][split]
                 left = 2 * (begin + count)
@@ -113,12 +99,8 @@ def build_small(box: np.ndarray, most: int | None = None) -> BinaryTree:
     return nodes.tree(order, 0)
 
 
-def split_small(box: np.ndarray, most: int) -> tuple[np.ndarray, int]:
-    """The order of (k, 6) boxes, k ≥ 2, in which the first ``count`` go to the left, and ``count``; 0 in a leaf.
-
-    Args:
-        most: how many items a leaf may have.
-    """
+def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
+    """The order of (k, 6) boxes, k ≥ 2, in which the first ``count`` go to the left, and ``count``; 0 in a leaf."""
     k = len(box)
     orders = np.argsort(box[:, :3] / 2 + box[:, 3:] / 2, axis=0, kind="stable").T  # one for each axis
     area = np.zeros((2, 3, k - 1))  # [left or right of a plane, axis, plane]
@@ -132,26 +114,11 @@ def split_small(box: np.ndarray, most: int) -> tuple[np.ndarray, int]:
     cost = area[0] * left + area[1, :, ::-1] * (k - left)
     cost[np.isnan(cost)] = np.inf  # a flat box that is too large: 0 · ∞
     axis, best = divmod(int(np.argmin(cost)), k - 1)
-    if k <= most and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
+    if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
         return orders[axis], 0
     # If all costs are alike, because the areas overflow or because all boxes are the same, both halves are equal.
     count = best + 1 if cost.min() < cost.max() else k // 2
     return orders[axis], count
-
-
-def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:
-    """Slices of the groups with about ``BATCH`` triangles each. On a terminal, a long build shows a progress bar."""
-    if n <= BATCH:
-        yield slice(None)
-        return
-    from tqdm import tqdm
-
-    firsts = np.unique(np.searchsorted(starts, np.arange(0, n, BATCH)))
-    options = {"unit": " triangles", "unit_scale": True, "delay": SHOW_PROGRESS_AFTER, "disable": None, "leave": False}
-    with tqdm(total=n, desc="building the tree", **options) as bar:
-        for first, last in zip(firsts, [*firsts[1:], len(starts)], strict=True):
-            yield slice(first, last)
-            bar.update((n if last == len(starts) else int(starts[last])) - int(starts[first]))
 
 
 class Nodes:
@@ -162,24 +129,11 @@ class Nodes:
         self.links = np.full((count, 3), -1, np.int32)
 
     def split(self, ranges: np.ndarray, box: np.ndarray, order: np.ndarray, at_once: int, most: int) -> None:
-        """Build a tree for each of the (k, 2) ranges of ``order``: by ``_build_ranges``, or else by numpy."""
-        if not runtime.can("parallel building"):
-            for begin, end in ranges:
-                self._split_by_numpy(begin, end, box, order, most)
-            return
+        """Build a tree for each of the (k, 2) ranges of ``order``, see ``_build_ranges``."""
         scratch = [np.empty((len(ranges), *shape), box.dtype) for shape in ((3 * NUM_BINS, 2, 3), (3 * NUM_BINS,))]
         scratch += [np.empty((len(ranges), NUM_BINS), box.dtype), np.empty((len(ranges), STACK_SIZE), np.int32)]
         boxes, node_box = (np.ascontiguousarray(own).reshape(-1, 2, 3) for own in (box, self.box))
         _build_ranges(ranges, at_once, most, boxes, order, node_box, self.links, *scratch)
-
-    def _split_by_numpy(self, begin: int, end: int, box: np.ndarray, order: np.ndarray, most: int) -> None:
-        """The same for one range."""
-        tree = build_small(box[order[begin:end]], most)
-        own = slice(2 * begin, 2 * begin + len(tree.box))
-        self.box[own] = tree.box
-        self.links[own, 0] = np.where(tree.child >= 0, 2 * begin + tree.child, -1)
-        self.links[own, 1], self.links[own, 2] = begin + tree.begin, begin + tree.end
-        order[begin:end] = order[begin:end][tree.order]
 
     def pack(self, first: int) -> np.ndarray:
         """Number the nodes from ``first`` on, without gaps: a third of the memory. (N,) the new number of each."""
@@ -220,33 +174,17 @@ class Nodes:
         return BinaryTree(firsts, self.box[nodes], child, self.links[nodes, 1], self.links[nodes, 2], order)
 
 
-def joined(parts: list[Nodes]) -> Nodes:
-    """All nodes of several parts, whose memory is gone then."""
-    if len(parts) == 1:
-        return parts[0]
-    whole = Nodes(0, parts[0].box.dtype)
-    for name in ("links", "box"):
-        setattr(whole, name, np.concatenate([getattr(part, name) for part in parts]))
-        for part in parts:
-            delattr(part, name)
-    return whole
-
-
-def bits_per_axis(n: int) -> int:
-    """log2 of the cells along each axis of the grid for n ≥ 1024 triangles.
-
-    A surface meets about four times as many cells if there are twice as many along an axis. Thus the groups of a
-    surface have about the same size for any n: small groups would have many leaves that are not full.
-    """
-    return min((n.bit_length() - 1) // 2 - 4, MOST_BITS)
-
-
 def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Items sorted by the Morton code of their grid cell: (F,) int32 order and (G,) int32 start of every group."""
+    """Items sorted by the Morton code of their grid cell: (F,) int32 order and (G,) int32 start of every group.
+
+    A surface meets about four times as many cells if there are twice as many along an axis. The number of cells follows
+    from this: the groups of a surface have about the same size for any F ≥ 1024. Small groups would have many leaves
+    that are not full.
+    """
     centre = box[:, :3] + box[:, 3:]
     low, high = box_of(centre)
     size = np.where(high > low, high - low, 1)
-    bits = bits_per_axis(len(box))
+    bits = min((len(box).bit_length() - 1) // 2 - 4, MOST_BITS)
     cells = 1 << bits
     code = np.zeros(len(box), np.uint16)
     for axis in range(3):

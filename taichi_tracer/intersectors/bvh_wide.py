@@ -5,7 +5,6 @@ Karras & Laine, "Efficient incoherent ray traversal on GPUs through compressed w
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,35 +19,26 @@ SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or 
 AT_ONCE = 1 << 13  # nodes that are quantised at the same time, so that their numbers fit into the cache of the CPU
 
 
-@dataclass
-class Grid:
-    """Boxes on the grid of their node. They take a quarter of the memory, and are never smaller than the exact boxes.
-
-    A plane is at corner + number · step. Steps are powers of two, so that number · step is exact and only the sum is
-    rounded. Therefore all forms of the code compute the same plane.
-
-    Attributes:
-        corner, step: (W, 3) in the running precision.
-        numbers: (W, 6, 8) uint8, in the order of ``WideTree.planes``. The box of an absent child is inside out (low >
-            high).
-    """
-
-    corner: np.ndarray
-    step: np.ndarray
-    numbers: np.ndarray
-
-
 LAST_STEP = 255  # the largest number in a byte
 MOST_STEPS = 253  # the size of a node in steps, at most; two steps are left for rounding outwards
 
 
-def quantise(planes: np.ndarray) -> Grid:
-    """``WideTree.planes``, rounded outwards to the grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+def quantise(planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``WideTree.planes``, rounded outwards to the grid of each node (Ylitie, Karras & Laine, section 3.2).
+
+    A plane is at corner + number · step. Steps are powers of two, so that number · step is exact and only the sum is
+    rounded. Therefore all forms of the code compute the same plane. Numbers take a quarter of the memory of planes.
+
+    Returns:
+        (W, 3) corner and (W, 3) step in the running precision; and (W, 6, 8) uint8 numbers, in the order of the planes.
+        The box of an absent child is inside out (low > high).
+    """
     parts = [_quantised(planes[first : first + AT_ONCE]) for first in range(0, len(planes), AT_ONCE)]
-    return Grid(*map(np.concatenate, zip(*((p.corner, p.step, p.numbers) for p in parts), strict=True)))
+    corner, step, numbers = map(np.concatenate, zip(*parts, strict=True))
+    return corner, step, numbers
 
 
-def _quantised(planes: np.ndarray) -> Grid:
+def _quantised(planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """``quantise`` for a part of the nodes."""
     dtype = planes.dtype.type
     low, high = planes[:, :3], planes[:, 3:]
@@ -70,7 +60,7 @@ def _quantised(planes: np.ndarray) -> Grid:
         while (inside := from_corner + last * by < high).any():
             last += inside
     numbers = np.concatenate([np.where(is_absent, LAST_STEP, first), np.where(is_absent, 0, last)], axis=1)
-    return Grid(corner, step, numbers.astype(np.uint8))
+    return corner, step, numbers.astype(np.uint8)
 
 
 @dataclass
@@ -82,8 +72,6 @@ class WideTree:
             high).
         children: (W, 8) int32, each the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
         depth: the number of nodes on the longest path from the root.
-        stack_size: the largest number of references that wait at once, if all eight children of a node wait before one
-            is taken.
         cost: the expected cost of a ray that meets the root's box, in tests of four triangles (the surface-area
             heuristic).
     """
@@ -92,7 +80,6 @@ class WideTree:
     children: np.ndarray
     root: int
     depth: int
-    stack_size: int
     cost: float
 
 
@@ -101,25 +88,15 @@ def leaf_reference(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
     return -1 - ((begin << LEAF_BITS) + (end - begin))
 
 
-def empty_tree(dtype: type) -> WideTree:
-    """A tree without triangles: one empty leaf."""
-    return _single_leaf(0, 0, dtype)
-
-
-def _single_leaf(begin: int, end: int, dtype: Any) -> WideTree:
-    root = int(leaf_reference(np.int64(begin), np.int64(end)))
-    cost = float(-(-(end - begin) // BLOCK))
-    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.full((1, WIDTH), ABSENT, np.int32), root, 1, 1, cost)
-
-
 def collapse(tree: BinaryTree) -> WideTree:
     """The wide tree of the smallest cost that can be made from a binary tree."""
     plan = _Plan(tree)
     if plan.is_leaf[0]:
-        return _single_leaf(int(tree.begin[0]), int(tree.end[0]), tree.box.dtype)
+        nothing, root = np.zeros((1, 6, WIDTH), tree.box.dtype), leaf_reference(tree.begin[0], tree.end[0])
+        tests = -(-(tree.end[0] - tree.begin[0]) // BLOCK)
+        return WideTree(nothing, np.full((1, WIDTH), ABSENT, np.int32), int(root), 1, float(tests))
 
     members_of: list[np.ndarray] = []
-    inner_of: list[np.ndarray] = []
     children_of: list[np.ndarray] = []
     level, first_of_next = np.array([0]), 1
     while len(level) > 0:
@@ -127,8 +104,8 @@ def collapse(tree: BinaryTree) -> WideTree:
         is_inner = (members >= 0) & ~plan.is_leaf[members]
         children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), ABSENT)
         children[is_inner] = first_of_next + np.arange(is_inner.sum())
-        for of, value in ((members_of, members), (inner_of, is_inner), (children_of, children)):
-            of.append(value)
+        members_of.append(members)
+        children_of.append(children)
         level = members[is_inner]
         first_of_next += len(level)
 
@@ -140,7 +117,6 @@ def collapse(tree: BinaryTree) -> WideTree:
         children=np.concatenate(children_of).astype(np.int32),
         root=0,
         depth=len(members_of),
-        stack_size=_stack_size(members_of, inner_of),
         cost=float(plan.cost / max(plan.area, SMALLEST_AREA) / COST_OF_BLOCK),
     )
 
@@ -178,7 +154,8 @@ class _Plan:
         size = (box[:, 3:] - box[:, :3]).astype(np.float64)
         area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
         count = self.tree.end[level] - self.tree.begin[level]
-        as_leaf = np.where(count <= MAX_LEAF, area * -(-count // BLOCK) * COST_OF_BLOCK, np.inf)
+        with np.errstate(invalid="ignore"):  # the box of a leaf without items is inside out, and infinite
+            as_leaf = np.where(count <= MAX_LEAF, area * -(-count // BLOCK) * COST_OF_BLOCK, np.inf)
         cost = np.repeat(as_leaf[None].astype(np.float32), WIDTH + 1, axis=0)
         if not is_inner.any():
             return cost, area
@@ -234,16 +211,3 @@ class _Plan:
         members = np.full((len(level), WIDTH), -1, np.int64)
         members[owner, position] = node
         return members
-
-
-def _stack_size(members_of: list[np.ndarray], inner_of: list[np.ndarray]) -> int:
-    """The largest number of references that wait at once, if all children of a node wait before one is taken.
-
-    Absent children count too: a ray can meet their boxes, see ``WideBVH.enter``.
-    """
-    need = np.zeros(0, np.int64)
-    for members, is_inner in zip(reversed(members_of), reversed(inner_of), strict=True):
-        below = np.zeros(members.shape, np.int64)
-        below[is_inner] = need
-        need = WIDTH + np.maximum(0, below.max(axis=1) - 1)
-    return int(need[0])

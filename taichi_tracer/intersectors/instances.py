@@ -18,9 +18,9 @@ from taichi_tracer.formulas.triangles import TriangleTest, stable_normal, thinne
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, nodes_of
-from taichi_tracer.intersectors.wide_bvh import TriesCorners
-from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.ray import no_hit
+from taichi_tracer.ray_intersector import facing_hit
+from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import Memory, varying
 from taichi_tracer.system.parts import overridable
 
@@ -36,7 +36,7 @@ class Places:
         matrices: (n,) 3 × 4, from objects to places, in f64 where there is any. inverses: the way back.
         starts: (n,) the id of the first primitive of each place.
         shifts: (n,) what is added to the id of a primitive to get its number in memory.
-        objects: (n,) the number of the object.
+        roots: (n,) the node at which the tree of the object begins, which the intersector writes.
         facing: (n,) −1 if the transform mirrors the object, else 1.
     """
 
@@ -46,11 +46,11 @@ class Places:
         self.matrices = ti.Vector.field(4, wide)
         # An ellipsoid is where the ray of the object meets a sphere; so its inverse is as exact as its matrix.
         self.inverses = ti.Vector.field(4, wide if has_spheres else float)
-        self.starts, self.shifts, self.objects = ti.field(ti.i32), ti.field(ti.i32), ti.field(ti.i32)
+        self.starts, self.shifts, self.roots = ti.field(ti.i32), ti.field(ti.i32), ti.field(ti.i32)
         self.facing = ti.field(float)
         self.memory = Memory()
         place = self.memory.fields.dense(ti.i, self.count)
-        place.place(self.starts, self.shifts, self.objects, self.facing)
+        place.place(self.starts, self.shifts, self.roots, self.facing)
         place.dense(ti.j, 3).place(self.matrices)
         place.dense(ti.j, 3).place(self.inverses)
         self.memory.allocate()
@@ -58,7 +58,6 @@ class Places:
         self.memory.write(self.inverses, placed.inverses())
         self.memory.write(self.starts, placed.starts[:-1])
         self.memory.write(self.shifts, placed.primitives[placed.object_of] - placed.starts[:-1])
-        self.memory.write(self.objects, placed.object_of)
         self.memory.write(self.facing, np.where(np.linalg.det(placed.matrices[:, :, :3]) < 0, -1, 1))
 
     @ti.func
@@ -142,8 +141,92 @@ FEW_CORNERS = 1_000_000  # that are transformed at once
 
 
 @ti.data_oriented
-class InPlaces(TriesCorners):
-    """What a primitive is in its place: methods of an intersector of a scene with ``places``."""
+@overridable()
+class TwoLevelBVH(BVHRayIntersector):
+    """Tries only primitives of places whose boxes the ray meets. It takes the place of ``BVHRayIntersector``.
+
+    The leaves of the upper tree have places in ``order``, and those of the objects' trees have numbers of primitives.
+    """
+
+    name = "bvh"
+
+    def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
+        """Build the trees over what a ray can hit."""
+        super().bind(geometry, triangle_test)
+        geometry.places.memory.write(geometry.places.roots, np.array(self.first_nodes)[geometry.mesh.placed.object_of])
+
+    def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+        """The nodes of the upper tree, then those of the objects; what is in the leaves; how much waits on a stack."""
+        ids, boxes = geometry.hittable()
+        of_objects = [(rows, *nodes_of(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
+        ordered = [boxes[rows[order]] for rows, _, _, order, _ in of_objects]
+        places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
+        box, links, order, depth = nodes_of(boxes)
+        depth += int(links[:, 1].max())  # the places of a leaf wait together
+        found, depths = [(box, links, places[order])], []
+        self.first_nodes, first, node = [], len(order), len(box)
+        for rows, own_box, own_links, own_order, own_depth in of_objects:
+            self.first_nodes.append(node)
+            own_links[:, 0] += np.where(own_links[:, 1] > 0, first, node).astype(np.int32)
+            found.append((own_box, own_links, ids[rows[own_order]]))
+            depths.append(own_depth)
+            node, first = node + len(own_box), first + len(own_order)
+        box, links, order = (np.concatenate(some) for some in zip(*found, strict=True))
+        return box, links, order.astype(np.int32), depth + max(depths)
+
+    @ti.func
+    def search(self, ray, t_min, t_max, any_hit: ti.template()):
+        """As in the base class; the primitives are those of all places.
+
+        A node waits on the stack together with the place in which its object is seen; −1 is the upper tree.
+        """
+        best, best_id, at, number, uv = t_max, -1, -1, -1, tm.vec2(0)
+        bounds, place = self.ray_bounds(ray), -1
+        seen = bounds  # the ray, as the object in ``place`` sees it
+        stack, places = ti.Vector([0] * self.stack_size, ti.i32), ti.Vector([-1] * self.stack_size, ti.i32)
+        waiting = ti.cast(self.is_legal(ray), ti.i32)
+        while waiting > 0:
+            waiting -= 1
+            node = stack[waiting]
+            if places[waiting] != place:
+                place, seen = places[waiting], bounds
+                if place >= 0:
+                    seen = self.bounds_in(place, ray)
+            t_near, t_far = self.node_interval(seen, node, t_min, best)
+            if t_near <= t_far:
+                if self.count[node] == 0:
+                    stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
+                    places[waiting], places[waiting + 1] = place, place
+                    waiting += 2
+                for i in range(self.first[node], self.first[node] + self.count[node]):
+                    if place < 0:
+                        places[waiting] = self.order[i]
+                        stack[waiting] = self.geometry.places.roots[self.order[i]]
+                        waiting += 1
+                    else:
+                        primitive_id = self.geometry.places.id_of(place, self.order[i])
+                        t, u, v = self.try_in(place, self.order[i], primitive_id, ray, bounds, t_min)
+                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                            best, best_id, at, number, uv = t, primitive_id, place, self.order[i], tm.vec2(u, v)
+                if ti.static(any_hit):
+                    if best_id >= 0:
+                        waiting = 0
+        hit = no_hit()
+        if best_id >= 0:
+            hit = self.describe_in(at, number, ray, best, uv, t_min, t_max)
+            hit.distance = best
+        return hit
+
+    @ti.func
+    def with_exact_distance(self, ray, hit, t_min, t_max):
+        """As in the base class: with the t that is computed again, as exactly as possible."""
+        if hit.is_hit:
+            place = self.geometry.places.place_of(hit.triangle_id)
+            number = self.geometry.places.number(hit.triangle_id)
+            hit = self.describe_in(place, number, ray, hit.distance, hit.barycentric_coords, t_min, t_max)
+        return hit
+
+    # ── what a primitive is in its place ──
 
     @ti.func
     def bounds_in(self, place, ray):
@@ -197,37 +280,25 @@ class InPlaces(TriesCorners):
             if index < 0:
                 hit = self.describe_ellipsoid(place, -1 - index, ray, t)
         if index >= 0:
-            hit = self.describe_triangle_in(place, index, ray, t, uv.x, uv.y)
+            hit = self.describe_triangle_in(place, index, ray, t, uv)
             hit.distance = self.exact_distance(ray, t, self.triangle_in(place, index), t_min, t_max)
         hit.triangle_id = self.geometry.places.id_of(place, number)
         return hit
 
     @ti.func
-    def describe_triangle_in(self, place, triangle_id, ray, t, u, v):
+    def describe_triangle_in(self, place, triangle_id, ray, t, uv):
         """As ``describe_triangle``, of a triangle in a place. A mirrored front stays a front."""
         places = self.geometry.places
         v0, v1, v2 = self.triangle_in(place, triangle_id)
         geometric_normal = places.facing[place] * unit(stable_normal(v0, v1, v2))
         normal = geometric_normal
         if ti.static(self.geometry.effects.interpolated_normals):
-            own = places.normal_to_world(place, self.geometry.shading_normal(triangle_id, u, v, tm.vec3(0)))
+            own = places.normal_to_world(place, self.geometry.shading_normal(triangle_id, uv.x, uv.y, tm.vec3(0)))
             if tm.component_max(abs(own)) > 0:
                 normal = unit(own)
-        position, position_error = self.geometry.position(u, v, v0, v1, v2, thinness(v0, v1, v2))
-        is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
-        facing = ti.select(is_backfacing, -1, 1)
-        return HitData(
-            is_hit=1,
-            is_backfacing=is_backfacing,
-            triangle_id=triangle_id,
-            distance=t,
-            barycentric_coords=tm.vec2(u, v),
-            normal=facing * normal,
-            geometric_normal=facing * geometric_normal,
-            material_id=self.geometry.triangle_material_ids[triangle_id],
-            position=position,
-            position_error=position_error,
-        )
+        position, position_error = self.geometry.position(uv.x, uv.y, v0, v1, v2, thinness(v0, v1, v2))
+        material_id = self.geometry.triangle_material_ids[triangle_id]
+        return facing_hit(ray, t, uv, normal, geometric_normal, material_id, position, position_error)
 
     @ti.func
     def describe_ellipsoid(self, place, sphere_id, ray, t):
@@ -240,113 +311,9 @@ class InPlaces(TriesCorners):
         for i in ti.static(range(3)):
             row = ti.cast(abs(places.matrices[place, i]), float)
             size[i] = tm.dot(row.xyz, extent) + row.w
-        n = unit(places.normal_to_world(place, outward))
-        is_backfacing = tm.dot(ray.direction, n) > 0
-        normal = ti.select(is_backfacing, -n, n)
-        return HitData(
-            is_hit=1,
-            is_backfacing=is_backfacing,
-            triangle_id=-1,
-            distance=t,
-            barycentric_coords=longitude_latitude(outward),
-            normal=normal,
-            geometric_normal=normal,
-            material_id=self.geometry.sphere_material_ids[sphere_id],
-            position=position,
-            position_error=size * ti.static(8 * runtime.epsilon()),
-        )
-
-
-@ti.data_oriented
-@overridable()
-class TwoLevelBVH(InPlaces, BVHRayIntersector):
-    """Tries only primitives of places whose boxes the ray meets. It takes the place of ``BVHRayIntersector``.
-
-    The leaves of the upper tree have places in ``order``, and those of the objects' trees have numbers of primitives.
-    """
-
-    name = "bvh"
-
-    def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
-        """Build the trees over what a ray can hit."""
-        super().bind(geometry, triangle_test)
-        self._memory_of_roots, (self.roots,) = memory.filled(np.array(self.first_nodes))  # where each tree begins
-
-    def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-        """The nodes of the upper tree, then those of the objects; what is in the leaves; how much waits on a stack."""
-        ids, boxes = geometry.hittable()
-        of_objects = [(rows, *nodes_of(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
-        ordered = [boxes[rows[order]] for rows, _, _, order, _ in of_objects]
-        places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
-        box, links, order, depth = nodes_of(boxes)
-        depth += int(links[:, 1].max())  # the places of a leaf wait together
-        found, depths = [(box, links, places[order])], []
-        self.first_nodes, first, node = [], len(order), len(box)
-        for rows, own_box, own_links, own_order, own_depth in of_objects:
-            self.first_nodes.append(node)
-            own_links[:, 0] += np.where(own_links[:, 1] > 0, first, node).astype(np.int32)
-            found.append((own_box, own_links, ids[rows[own_order]]))
-            depths.append(own_depth)
-            node, first = node + len(own_box), first + len(own_order)
-        box, links, order = (np.concatenate(some) for some in zip(*found, strict=True))
-        return box, links, order.astype(np.int32), depth + max(depths)
-
-    def destroy(self) -> None:
-        """Free the trees' memory."""
-        super().destroy()
-        self._memory_of_roots.free()
-
-    @ti.func
-    def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """As in the base class; the primitives are those of all places.
-
-        A node waits on the stack together with the place in which its object is seen; −1 is the upper tree.
-        """
-        best, best_id, at, number, uv = t_max, -1, -1, -1, tm.vec2(0)
-        bounds, place = self.ray_bounds(ray), -1
-        seen = bounds  # the ray, as the object in ``place`` sees it
-        stack, places = ti.Vector([0] * self.stack_size, ti.i32), ti.Vector([-1] * self.stack_size, ti.i32)
-        waiting = ti.cast(self.is_legal(ray), ti.i32)
-        while waiting > 0:
-            waiting -= 1
-            node = stack[waiting]
-            if places[waiting] != place:
-                place, seen = places[waiting], bounds
-                if place >= 0:
-                    seen = self.bounds_in(place, ray)
-            t_near, t_far = self.node_interval(seen, node, t_min, best)
-            if t_near <= t_far:
-                if self.count[node] == 0:
-                    stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
-                    places[waiting], places[waiting + 1] = place, place
-                    waiting += 2
-                for i in range(self.first[node], self.first[node] + self.count[node]):
-                    if place < 0:
-                        places[waiting] = self.order[i]
-                        stack[waiting] = self.roots[self.geometry.places.objects[self.order[i]]]
-                        waiting += 1
-                    else:
-                        primitive_id = self.geometry.places.id_of(place, self.order[i])
-                        t, u, v = self.try_in(place, self.order[i], primitive_id, ray, bounds, t_min)
-                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
-                            best, best_id, at, number, uv = t, primitive_id, place, self.order[i], tm.vec2(u, v)
-                if ti.static(any_hit):
-                    if best_id >= 0:
-                        waiting = 0
-        hit = no_hit()
-        if best_id >= 0:
-            hit = self.describe_in(at, number, ray, best, uv, t_min, t_max)
-            hit.distance = best
-        return hit
-
-    @ti.func
-    def with_exact_distance(self, ray, hit, t_min, t_max):
-        """As in the base class: with the t that is computed again, as exactly as possible."""
-        if hit.is_hit:
-            place = self.geometry.places.place_of(hit.triangle_id)
-            number = self.geometry.places.number(hit.triangle_id)
-            hit = self.describe_in(place, number, ray, hit.distance, hit.barycentric_coords, t_min, t_max)
-        return hit
+        n, error = unit(places.normal_to_world(place, outward)), size * ti.static(8 * runtime.epsilon())
+        material_id = self.geometry.sphere_material_ids[sphere_id]
+        return facing_hit(ray, t, longitude_latitude(outward), n, n, material_id, position, error)
 
 
 def rows_of_objects(geometry: Geometry, ids: np.ndarray) -> list[np.ndarray]:

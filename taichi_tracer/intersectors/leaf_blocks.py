@@ -114,9 +114,7 @@ class LeafBlocks:
     """
 
     def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
-        self.has_test = primitives_at_once(solve, is_mixed) == BLOCK
-        self.test = BLOCK_TESTS.get(solve) if self.has_test else None
-        self.has_distances = self.has_test and solve is watertight
+        self.test = BLOCK_TESTS[solve] if primitives_at_once(solve, is_mixed) == BLOCK else None
         self.vertices = ti.Vector.field(3 * BLOCK, float)  # of block, axis: the lanes of one corner after the other
         self.ids = ti.field(ti.i32)  # of block, lane
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
@@ -128,14 +126,10 @@ class LeafBlocks:
 
         The vertices of an empty place are NaN, with which no condition holds.
         """
-        is_used = rows != NO_ROW
-        own = rows[is_used]
-        corners = np.full((len(rows), 3, 3), np.nan, vertices.dtype)  # of place, corner, axis
-        corners[is_used] = vertices[faces[own]]
-        numbers = np.zeros(len(rows), np.int32)
-        numbers[is_used] = ids[own]
+        corners = vertices[faces[rows]]  # of place, corner, axis
+        corners[rows == NO_ROW] = np.nan
         memory.write(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 3, 3 * BLOCK))
-        memory.write(self.ids, numbers.reshape(-1, BLOCK))
+        memory.write(self.ids, ids[rows].reshape(-1, BLOCK))
 
     @compile_time
     def primitive(self, place):
@@ -152,22 +146,18 @@ class LeafBlocks:
     def triangle(self, place):
         """The three vertices at a place."""
         place = variable(place)
-        return self.vertex(place, 0), self.vertex(place, 1), self.vertex(place, 2)
+        corners = ([self.component(place, corner, axis) for axis in range(3)] for corner in range(3))
+        return tuple(variable(tm.vec3(*corner)) for corner in corners)
 
     @compile_time
-    def vertex(self, place, corner):
-        """One of the three vertices at a place."""
-        return variable(tm.vec3(*(self.component(place, corner, axis) for axis in range(3))))
-
-    @compile_time
-    def along(self, aim, block, axis):
-        """The components of all vertices of a block along an axis, as the ray sees them."""
+    def along(self, block, axis):
+        """The components of all vertices of a block along an axis."""
         return variable(element(self.vertices, block, axis))
 
     @compile_time
     def extremes(self, block, axis):
         """The smallest and the largest component along an axis of each primitive of a block."""
-        vertices = variable(element(self.vertices, block, axis))
+        vertices = self.along(block, axis)
         a, b, c = (corner_of(vertices, corner) for corner in range(3))
         return variable(smaller(a, smaller(b, c))), variable(larger(a, larger(b, c)))
 
@@ -178,34 +168,28 @@ class LeafBlocks:
         At an empty place, the vertices are NaN, and no condition holds.
         """
         mask = (2 << used) - 2
-        if ti.static(self.has_test):
+        if ti.static(self.test):
             mask = lanes_of(self.test(self, ray, aim, block))
         return mask
 
     @compile_time
     def edges(self, aim, block):
         """The edge functions of ``watertight`` for each triangle of a block."""
-        x, y = self.projected(aim, block)
+        x, y = projected(aim, *(self.along(block, axis) for axis in (aim.x, aim.y, aim.z)))
         return edge_functions(*(corner_of(numbers, corner) for corner in range(3) for numbers in (x, y)))
 
     @compile_time
     def exact_edges(self, aim, place):
         """The edge functions of one triangle with the right signs, as ``watertight`` computes them if one is 0."""
-        corners = [number for corner in range(3) for number in self.projected_one(aim, place, corner)]
-        return exact_edge_functions(*corners) if runtime.can_widen() else edge_functions(*corners)
-
-    @compile_time
-    def projected_one(self, aim, place, corner):
-        """``projected`` for one triangle."""
-        axes = aim.x, aim.y, aim.z
-        x, y, along = (self.component(place, corner, axes[k]) - element(aim.origin, k) for k in range(3))
-        along = variable(along)
-        return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
+        numbers = []
+        for corner in range(3):
+            numbers += projected(aim, *(self.component(place, corner, axis) for axis in (aim.x, aim.y, aim.z)))
+        return exact_edge_functions(*numbers) if runtime.can_widen() else edge_functions(*numbers)
 
     @compile_time
     def distances(self, ray, bounds, aim, block):
         """t of ``watertight`` ``within_box`` for each triangle of a block; −∞ where the ray misses box or plane."""
-        axes = [self.along(aim, block, axis) for axis in range(3)]
+        axes = [self.along(block, axis) for axis in range(3)]
         n = stable_normals(*axes)
         det = variable(-tm.dot(shared(ray.direction), n))
         a = corners(*axes, 0)
@@ -221,13 +205,13 @@ class LeafBlocks:
         t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
         return variable(ti.select((t_near <= t_far) & (det != 0), t, -tm.inf))
 
-    @compile_time
-    def projected(self, aim, block):
-        """All vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
-        axes = aim.x, aim.y, aim.z
-        x, y, along = (self.along(aim, block, axes[k]) - element(aim.origin, k) for k in range(3))
-        along = variable(along)
-        return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
+
+@compile_time
+def projected(aim, *numbers):
+    """Components of vertices along the axes of an ``Aim``, as the ray sees them: sheared along its largest axis."""
+    x, y, along = (number - element(aim.origin, k) for k, number in enumerate(numbers))
+    along = variable(along)
+    return variable(x - aim.shear_x * along), variable(y - aim.shear_y * along)
 
 
 @ti.func
@@ -290,7 +274,7 @@ def may_pass_inside(blocks: ti.template(), ray, aim, block):
 @ti.func
 def may_solve(blocks: ti.template(), ray, aim, block):
     """Whether ``moller_trumbore`` finds that the ray passes inside the edges."""
-    x, y, z = blocks.along(aim, block, 0), blocks.along(aim, block, 1), blocks.along(aim, block, 2)
+    x, y, z = blocks.along(block, 0), blocks.along(block, 1), blocks.along(block, 2)
     v0, v1, v2 = corners(x, y, z, 0), corners(x, y, z, 1), corners(x, y, z, 2)
     is_inside, _t, _u, _v, _det = moller_trumbore(shared(ray.origin), shared(ray.direction), v0, v1, v2)
     return is_inside

@@ -2,7 +2,7 @@
 
 In memory, the first planes of all eight boxes are neighbours, then the second planes, and so on. Therefore a CPU tests
 the eight boxes at once (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008). A plane is stored as a byte, see
-``bvh_wide.Grid``.
+``bvh_wide.quantise``.
 """
 
 import time
@@ -11,12 +11,10 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas import vector_math as tm
-from taichi_tracer.formulas.boxes import within_box
-from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors import bvh_build
 from taichi_tracer.intersectors.bvh_build import BLOCK, BLOCK_BITS
-from taichi_tracer.intersectors.bvh_wide import WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.intersectors.bvh_wide import WIDTH, collapse, quantise
 from taichi_tracer.intersectors.lanes import first_lane, lanes_of, larger, smaller
 from taichi_tracer.intersectors.leaf_blocks import (
     NO_ROW,
@@ -27,6 +25,7 @@ from taichi_tracer.intersectors.leaf_blocks import (
     leaf_range,
     leaf_triangles,
     may_be_inside,
+    may_pass_inside,
     primitives_at_once,
 )
 from taichi_tracer.ray import no_hit
@@ -36,42 +35,14 @@ from taichi_tracer.system.compile_time import compile_time, element, variable
 from taichi_tracer.system.parts import overridable, register
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
-# Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.
-STACK_STEP, DEPTH_STEP = 64, 8
+STACK_STEP = 64  # the stack has a multiple of this length, so that most trees have the same kernels
 UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
-
-
-@ti.data_oriented
-class TriesCorners:
-    """A triangle of an intersector that knows its corners."""
-
-    @ti.func
-    def try_corners(self, ray, bounds, primitive_id, triangle_id, corners, facing):
-        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes.
-
-        Args:
-            primitive_id: its id among all primitives, which those who watch want to know.
-            facing: −1 if the corners are those of a mirror image, whose front stays a front, else 1.
-        """
-        v0, v1, v2 = corners
-        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        t = -tm.inf
-        if is_inside and det != 0:
-            t = within_box(bounds, distance, v0, v1, v2)
-        if ti.static(self.geometry.effects.culling):
-            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) * facing > 0:
-                t = -tm.inf
-        if ti.static(self.geometry.effects.holes):
-            if t > -tm.inf:
-                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
-                    t = -tm.inf
-        return t, u, v
 
 
 @register
 @ti.data_oriented
 @overridable()
-class WideBVH(TriesCorners, RayIntersector):
+class WideBVH(RayIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 
     name = "wide_bvh"
@@ -79,23 +50,20 @@ class WideBVH(TriesCorners, RayIntersector):
     def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
         """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
-        effects = geometry.effects
-        self.is_plain_geometry = not (effects.spheres or effects.culling or effects.holes)
         start = time.perf_counter()
         ids, boxes = geometry.hittable()
-        order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
-        if len(ids) > 0:
-            tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
-            order, wide = tree.order, collapse(tree)
-            del boxes, tree  # of a large mesh, these would need the memory of the whole scene once more
+        tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
+        order, wide = tree.order, collapse(tree)
+        del boxes, tree  # of a large mesh, these would need the memory of the whole scene once more
         references, places = in_blocks(np.append(wide.children, wide.root).astype(np.int32), len(ids))
         children, self.root = references[:-1].reshape(-1, WIDTH), memory.varying(int(references[-1]))
-        self.depth = -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
-        self.stack_size = -(-wide.stack_size // STACK_STEP) * STACK_STEP
+        # On the way down, all children of a node wait but the one that is entered: see ``enter``.
+        self.depth, waiting = wide.depth, 1 + (WIDTH - 1) * wide.depth
+        self.stack_size = -(-waiting // STACK_STEP) * STACK_STEP
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
         self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)
 
-        grid = quantise(wide.planes)
+        corner, step, numbers = quantise(wide.planes)
         del wide  # before the fields are made, which need as much memory
         self._memory = memory.Memory()
         self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
@@ -109,12 +77,12 @@ class WideBVH(TriesCorners, RayIntersector):
         node.dense(ti.j, WIDTH).place(self.children)
         self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
         self._memory.allocate()
-        number_type = np.uint8 if self.number_type == ti.u8 else np.int32
-        nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
+        self._memory.write(self.corner, corner)
+        self._memory.write(self.step, step)
+        self._memory.write(self.numbers, numbers)
+        self._memory.write(self.children, children)
         rows = np.full(self.num_places, NO_ROW, np.int32)
         rows[places] = order
-        for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):
-            self._memory.write(field, array)
         self.blocks.load(self._memory, rows, *leaf_triangles(geometry), ids)
         self.build_seconds = time.perf_counter() - start
 
@@ -143,11 +111,11 @@ class WideBVH(TriesCorners, RayIntersector):
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
         """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
         hit = no_hit()
-        if ti.static(any_hit):
-            hit.is_hit = ti.cast(self.is_any_hit(ray, t_min, t_max), ti.i32)
-        else:
-            t, primitive_id, u, v, place = self.nearest(ray, t_min, t_max)
-            if primitive_id >= 0:
+        t, primitive_id, u, v, place = self.find(ray, t_min, t_max, any_hit)
+        if primitive_id >= 0:
+            if ti.static(any_hit):
+                hit.is_hit = 1
+            else:
                 hit = self.describe(ray, t, primitive_id, u, v, place)
         return hit
 
@@ -158,17 +126,18 @@ class WideBVH(TriesCorners, RayIntersector):
         if ti.static(self.geometry.effects.spheres):
             index = self.geometry.primitives[primitive_id]
             if index < 0:
-                hit = self.describe_sphere(ray, t, -1 - index, self.outward_normal(ray, t, -1 - index))
+                hit = self.describe_sphere(ray, t, -1 - index)
         if index >= 0:
             hit = self.describe_triangle(ray, t, index, u, v, self.blocks.triangle(place))
         hit.triangle_id = primitive_id
         return hit
 
     @ti.func
-    def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v, place) of the nearest hit with t_min < t < t_max; the id is −1 if there is none.
+    def find(self, ray, t_min, t_max, any_hit: ti.template()):
+        """(t, id, u, v, place) of the hit that ``search`` asks for; the id is −1 if there is none.
 
-        The lowest id counts if several hits have the same t. For places, see ``leaf_blocks``.
+        For places, see ``leaf_blocks``. The search for any hit ends at the first one. Therefore the children of a node
+        are not sorted by their distance: that would take more time than it saves.
         """
         bounds, aim = self.ray_bounds(ray), aim_of(ray)
         best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
@@ -182,42 +151,21 @@ class WideBVH(TriesCorners, RayIntersector):
             following = NOTHING
             if reference >= 0:
                 t_near, mask = self.met_children(bounds, reference, t_min, best)
-                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+                if ti.static(any_hit):
+                    following, top = self.enter_any(waiting, top, reference, mask)
+                else:
+                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
                 best, best_id, best_u, best_v, best_place = self.search_leaf(
                     reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
                 )
+                if ti.static(any_hit):
+                    if best_id >= 0:
+                        top = 0
             if following == NOTHING:
-                following, top = self.wake(waiting, waiting_t, top, best)
+                following, top = self.wake(waiting, waiting_t, top, best, any_hit)
             reference = following
         return best, best_id, best_u, best_v, best_place
-
-    @ti.func
-    def is_any_hit(self, ray, t_min, t_max):
-        """Whether anything is hit with t_min < t < t_max.
-
-        The search ends at the first hit. Therefore the children of a node are not sorted by their distance: that would
-        take more time than it saves.
-        """
-        bounds, aim = self.ray_bounds(ray), aim_of(ray)
-        blocked = False
-        waiting = ti.Vector([0] * self.stack_size, ti.i32)
-        top = 0
-        reference = NOTHING
-        if self.is_legal(ray):
-            reference = self.root
-        while reference != NOTHING:
-            following = NOTHING
-            if reference >= 0:
-                _, mask = self.met_children(bounds, reference, t_min, t_max)
-                following, top = self.enter_any(waiting, top, reference, mask)
-            elif self.blocks_in_leaf(reference, ray, bounds, aim, t_min, t_max):
-                blocked = True
-            elif top > 0:
-                top -= 1
-                following = waiting[top]
-            reference = following
-        return blocked
 
     @ti.func
     def enter_any(self, waiting: ti.template(), top, node, mask):
@@ -284,12 +232,12 @@ class WideBVH(TriesCorners, RayIntersector):
         return nearest, top
 
     @ti.func
-    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best):
+    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best, any_hit: ti.template()):
         """(the last waiting reference that is met before ``best``, or ``NOTHING``; the new top of the stack)."""
         following = NOTHING
         while following == NOTHING and top > 0:
             top -= 1
-            if waiting_t[top] <= best:
+            if ti.static(any_hit) or waiting_t[top] <= best:
                 following = waiting[top]
         return following, top
 
@@ -319,7 +267,8 @@ class WideBVH(TriesCorners, RayIntersector):
     @property
     def solves_blocks(self) -> bool:
         """Whether the triangles of a block are solved at once."""
-        return self.blocks.has_distances and self.is_plain_geometry
+        effects = self.geometry.effects
+        return self.blocks.test is may_pass_inside and not (effects.spheres or effects.culling or effects.holes)
 
     @ti.func
     def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place):
@@ -346,7 +295,7 @@ class WideBVH(TriesCorners, RayIntersector):
                 while mask != 0:
                     place = (block << BLOCK_BITS) + first_lane(mask)
                     mask &= mask - 1
-                    t, u, v, primitive_id = self.try_at(place, ray, bounds, aim, t_min)
+                    t, u, v, primitive_id = self.try_primitive(place, ray, bounds, t_min)
                     if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                         best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
         return best, best_id, best_u, best_v, best_place
@@ -365,55 +314,15 @@ class WideBVH(TriesCorners, RayIntersector):
         return t, u, v, w
 
     @ti.func
-    def try_at(self, place, ray, bounds, aim, t_min):
-        """(t, u, v, number) of the primitive at a place; t is −∞ for a miss."""
-        primitive_id = self.blocks.primitive(place)
-        v0, v1, v2 = self.blocks.triangle(place)
-        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
-        return t, u, v, primitive_id
-
-    @ti.func
-    def blocks_in_leaf(self, reference, ray, bounds, aim, t_min, t_max):
-        """Whether a leaf has a hit with t_min < t < t_max."""
-        blocked = False
-        first, count = leaf_range(reference)
-        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
-            if ti.static(self.solves_blocks):
-                u, v, w = self.blocks.edges(aim, block)
-                may_hit = may_be_inside(u, v, w)
-                if lanes_of(may_hit) != 0:
-                    t = self.blocks.distances(ray, bounds, aim, block)
-                    mask = lanes_of(may_hit & (t_min < t) & (t < t_max))
-                    while mask != 0:
-                        lane = first_lane(mask)
-                        mask &= mask - 1
-                        place = (block << BLOCK_BITS) + lane
-                        found, _, _, _ = self.solved(ray, aim, place, u[lane], v[lane], w[lane], t[lane])
-                        if found > -tm.inf:
-                            blocked = True
-                            mask = 0
-            else:
-                used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-                mask = self.blocks.candidates(ray, aim, block, used)
-                while mask != 0:
-                    place = (block << BLOCK_BITS) + first_lane(mask)
-                    mask &= mask - 1
-                    t, _, _, _ = self.try_at(place, ray, bounds, aim, t_min)
-                    if t_min < t and t < t_max:
-                        blocked = True
-                        mask = 0
-        return blocked
-
-    @ti.func
-    def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
-        """(t, u, v) on the triangle with the given vertices, or on the sphere with this number; t is −∞ for a miss."""
-        t, u, v = -tm.inf, 0.0, 0.0
+    def try_primitive(self, place, ray, bounds, t_min):
+        """(t, u, v, number) of the triangle or the sphere at a place; t is −∞ for a miss."""
+        t, u, v, primitive_id, corners = -tm.inf, 0.0, 0.0, self.blocks.primitive(place), self.blocks.triangle(place)
         if ti.static(not self.geometry.effects.spheres):
-            t, u, v = self.try_corners(ray, bounds, primitive_id, primitive_id, (v0, v1, v2), 1)
+            t, u, v = self.try_corners(ray, bounds, primitive_id, primitive_id, corners, 1)
         else:
             index = self.geometry.primitives[primitive_id]
             if index < 0:
                 t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
             else:
-                t, u, v = self.try_corners(ray, bounds, primitive_id, index, (v0, v1, v2), 1)
-        return t, u, v
+                t, u, v = self.try_corners(ray, bounds, primitive_id, index, corners, 1)
+        return t, u, v, primitive_id

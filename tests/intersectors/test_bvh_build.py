@@ -41,13 +41,3 @@ def test_the_heuristic_separates_two_clusters(rng):
     tree = bvh_build.build(np.concatenate([near, far]).astype(np.float32))
     left = tree.child[0]
     assert {tree.end[left] - tree.begin[left], tree.end[left + 1] - tree.begin[left + 1]} == {100, 900}
-
-
-def test_batches_change_no_bit_of_the_tree(monkeypatch, rng):
-    low = rng.random((20_000, 3)).astype(np.float32)
-    box = np.concatenate([low, low + np.float32(0.01)], axis=1)
-    whole = bvh_build.build(box)
-    monkeypatch.setattr(bvh_build, "BATCH", 1_000)
-    parts = bvh_build.build(box)
-    for name in ("box", "child", "begin", "end", "order"):
-        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -42,7 +42,7 @@ def test_every_item_is_in_one_leaf_within_its_box(name, rng):
     depth, waiting = visit(wide.root, np.full(3, -np.inf), np.full(3, np.inf), 0, 0)
     assert (seen == 1).all()
     assert depth <= wide.depth
-    assert waiting <= max(wide.stack_size, 1)
+    assert waiting <= 1 + (WIDTH - 1) * wide.depth
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -74,9 +74,8 @@ def test_boxes_on_a_grid_are_never_smaller_and_hardly_larger(name, dtype, rng):
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        grid = quantise(planes)
-    corner, step = grid.corner[:, :, None], grid.step[:, :, None]
-    numbers = grid.numbers.astype(dtype)
+        corner, step, numbers = quantise(planes)
+    corner, step, numbers = corner[:, :, None], step[:, :, None], numbers.astype(dtype)
     first, last = corner + numbers[:, :3] * step, corner + numbers[:, 3:] * step
     is_present = np.broadcast_to(~absent[:, None], first.shape)
     assert (first <= planes[:, :3])[is_present].all()
