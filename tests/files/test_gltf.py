@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from taichi_tracer.files.readers.gltf import FAN, LIGHTS, STRIP, Gltf, read_gltf, triangles_of
+from taichi_tracer.system.errors import InputError
 
 TURN = [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]  # a quarter about y: −z becomes −x
 
@@ -62,6 +63,16 @@ def test_what_cannot_be_used_is_told():
         "light 'area' is not used: its type or its place is unknown",
         "light 'gone' is not used: its type or its place is unknown",
     ]
+
+
+def test_a_view_behind_the_end_of_its_buffer_is_an_error():
+    """The numbers are not those of other memory."""
+    content = {"nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]}
+    content |= {"accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}]}
+    content |= {"bufferViews": [{"buffer": 0, "byteOffset": 4, "byteLength": 36}]}
+    content |= {"buffers": [{"byteLength": 40, "uri": "data:;base64,AAAA"}]}
+    with pytest.raises(InputError, match="the file is cut short: buffer view 0 has no bytes"):
+        read_gltf(json.dumps(content).encode(), Path("a.gltf"), [])
 
 
 @pytest.mark.parametrize(

@@ -126,6 +126,8 @@ class Gltf:
     def rows(self, view: int, offset: int, kind: str, width: int, count: int) -> np.ndarray:
         """(count, width) numbers of a buffer view."""
         data, stride = self.view(view)
+        if count > 0 and len(data) == 0:  # numpy checks no array without bytes, and would read other memory
+            raise InputError(f"the file is cut short: buffer view {view} has no bytes")
         size = np.dtype(kind).itemsize
         return np.ndarray((count, width), kind, data, offset, (stride or size * width, size))
 
