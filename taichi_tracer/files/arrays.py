@@ -1,6 +1,5 @@
 """Meshes from the arrays of a program, with the colours, materials and normals that it gives."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,12 +26,17 @@ def with_appearance(mesh: Mesh, color=None, material=None, normals=None, face_ma
     if color is not None:
         changed["materials"] = [Material(Kd=tuple(row)) for row in colors(color).tolist()]
     if material is not None:
-        changed["materials"] = materials(material)
+        several = list(material) if isinstance(material, (list, tuple)) else [material]
+        if not several or not all(isinstance(one, Material) for one in several):
+            raise InputError(f"mesh: material must be a Material, or a list of them, not {material!r}")
+        changed["materials"] = several
     if changed or face_materials is not None:
         count = len(changed.get("materials", mesh.materials))
         changed["face_materials"] = material_ids(face_materials, len(mesh.faces), count)
     if normals is not None:
-        changed["normals"], changed["face_normals"] = corner_normals(normals, mesh)
+        rows = of_corners("normals", normals, 3, mesh)
+        ids = mesh.faces if rows.ndim == 2 else np.arange(3 * len(mesh.faces)).reshape(-1, 3)
+        changed["normals"], changed["face_normals"] = rows.reshape(-1, 3), ids.astype(np.int32)
     if uv is not None:
         rows = of_corners("uv", uv, 2, mesh)
         changed["corner_uv"] = rows[mesh.faces] if rows.ndim == 2 else rows
@@ -51,14 +55,6 @@ def colors(given) -> np.ndarray:
     return rows.reshape(-1, 3)
 
 
-def materials(given: Material | Sequence[Material]) -> list[Material]:
-    """The materials of a mesh, from one or several of them."""
-    several = list(given) if isinstance(given, (list, tuple)) else [given]
-    if not several or not all(isinstance(one, Material) for one in several):
-        raise InputError(f"mesh: material must be a Material, or a list of them, not {given!r}")
-    return several
-
-
 def material_ids(given, triangles: int, count: int) -> np.ndarray:
     """(F,) int32 ids into ``count`` materials; without any, all triangles have the only material."""
     if given is None:
@@ -69,13 +65,6 @@ def material_ids(given, triangles: int, count: int) -> np.ndarray:
     if ids.size > 0 and ids.dtype.kind not in "iu":
         raise InputError(f"mesh: face_materials must be whole numbers, not {ids.dtype}")
     return ids.astype(np.int32)
-
-
-def corner_normals(given, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 3) normals and (F, 3) int32 ids into them, from normals for each vertex or for each corner."""
-    rows = of_corners("normals", given, 3, mesh)
-    ids = mesh.faces if rows.ndim == 2 else np.arange(3 * len(mesh.faces)).reshape(-1, 3)
-    return rows.reshape(-1, 3), ids.astype(np.int32)
 
 
 def of_corners(name: str, given, width: int, mesh: Mesh) -> np.ndarray:

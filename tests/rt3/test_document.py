@@ -158,8 +158,8 @@ MALFORMED = {
     "overflow": (HEAD.replace('"0 7 0"', '"0 1e999 0"'), ":2: <lookat> look_from must be 3 finite numbers"),
     "no look_from": (HEAD.replace("look_from", "lookfrom"), ":2: <lookat> needs the attribute look_from ('lookfrom'"),
     "camera kind": (HEAD.replace('"ortho', '"otho'), "did you mean 'orthographic'?"),
-    "window empty": (HEAD.replace("-4 4", "4 -4"), ":3: <camera> screen_window must be l r b t with l < r"),
-    "fovy": (HEAD + '<camera type="perspective" fovy="180"/>', ":5: <camera> fovy must be between 0 and 180"),
+    "window empty": (HEAD.replace("-4 4", "4 -4"), ":3: <camera> screen_window is l r b t with l < r"),
+    "fovy": (HEAD + '<camera type="perspective" fovy="180"/>', ":5: <camera> fov must be between 0 and 180"),
     "focal distance": (
         HEAD + '<camera type="perspective" focal_distance="0"/>',
         "focal_distance must be a number above 0",

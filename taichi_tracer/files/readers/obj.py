@@ -50,9 +50,9 @@ def read_obj(path: str | Path) -> Mesh:
     """
     path = Path(path)
     lines = Lines(read_text(path))
-    positions = lines.take(b"v").without_comments()
-    directions = lines.take(b"vn").without_comments()
-    faces = lines.take(b"f").without_comments()
+    positions = lines.take(b"v")
+    directions = lines.take(b"vn")
+    faces = lines.take(b"f")
 
     sizes, ids = _parsed(_polygons, faces, FACE, path)
     vertex_ids = _resolve(ids[:, 0], sizes, faces, positions, "vertex", path)
@@ -105,7 +105,7 @@ def _colors(positions: KeywordLines, path: Path, notes: list[str]) -> np.ndarray
 
 def _coordinates(lines: Lines, ids: np.ndarray, sizes: np.ndarray, faces: KeywordLines, path: Path) -> np.ndarray:
     """(corners, 2) the texture coordinates of all corners of all polygons; 0 for a corner that has none."""
-    block = lines.take(b"vt").without_comments()
+    block = lines.take(b"vt")
     rows = np.concatenate([_rows(block, path, "u v"), np.zeros((1, 2))])  # the last one for −1
     return rows[_resolve(ids, sizes, faces, block, "texture coordinate", path)]
 
@@ -190,7 +190,7 @@ def _materials(lines: Lines, face_ids: np.ndarray, path: Path, notes: list[str])
     A material that no library has is grey, and a note names it, or the library that is missing.
     """
     library: dict[str, Material] = {}
-    is_complete, mtllib = True, lines.take(b"mtllib")
+    is_complete, mtllib = True, lines.take(b"mtllib", has_names=True)
     for line_number, line in zip(mtllib.numbers, mtllib.lines(), strict=True):
         try:
             for mtl in find_library(line.strip(), path, f"{path}:{line_number}"):
@@ -199,7 +199,7 @@ def _materials(lines: Lines, face_ids: np.ndarray, path: Path, notes: list[str])
             is_complete = False
             notes.append(f"{error}: its materials are grey (Kd 0.8)")
 
-    usemtl = lines.take(b"usemtl")
+    usemtl = lines.take(b"usemtl", has_names=True)
     names = [name_in(line) for line in usemtl.lines()]
     position = {name: k for k, name in enumerate(dict.fromkeys(names), start=1)}
     unknown = [name for name in position if name not in library]

@@ -116,12 +116,6 @@ class KeywordLines:
         """The lines without their ends."""
         return [decode(line) for line in self.text.split(b"\n")[:-1]]
 
-    def without_comments(self) -> "KeywordLines":
-        """The same lines without their comments, which begin with ``#``."""
-        if b"#" not in self.text:
-            return self
-        return KeywordLines(COMMENT.sub(b"", self.text), self.ids, self.numbers)
-
 
 class Lines:
     """The lines of a text, which can be selected by their first word."""
@@ -136,8 +130,12 @@ class Lines:
         self.starts[indented] = [INDENT.match(text, start).end() for start in self.starts[indented].tolist()]
         self.joints = np.flatnonzero(self.bytes == ord("\r")) if b"\r" in text else np.zeros(0, np.int64)
 
-    def take(self, keyword: bytes) -> KeywordLines:
-        """The lines that begin with this word. Blanks replace the word, so that no later call finds these lines."""
+    def take(self, keyword: bytes, has_names: bool = False) -> KeywordLines:
+        """The lines that begin with this word. Blanks replace the word, so that no later call finds these lines.
+
+        Args:
+            has_names: whether they end in a name, which may contain ``#``; the comments of others are left out.
+        """
         ids = np.arange(len(self.starts))
         for k, letter in enumerate(keyword):
             ids = ids[self.bytes[self.starts[ids] + k] == letter]
@@ -145,7 +143,8 @@ class Lines:
         for k in range(len(keyword)):
             self.bytes[self.starts[ids] + k] = BLANK
         numbers = 1 + ids + np.searchsorted(self.joints, self.starts[ids])
-        return KeywordLines(self._runs(ids), ids, numbers)
+        text = self._runs(ids)
+        return KeywordLines(text if has_names or b"#" not in text else COMMENT.sub(b"", text), ids, numbers)
 
     def _runs(self, ids: np.ndarray) -> bytes:
         """The text of some lines. Neighbouring lines are copied together."""
