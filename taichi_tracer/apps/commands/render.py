@@ -267,8 +267,8 @@ def add_notes(
     if target.error is not None and has_ended and not progress.has_reached_error:
         limits = [f"--{name} {getattr(target, name):g}" for name in ("spp", "time") if getattr(target, name)]
         note(f"an error of {percent(target.error)} was not reached: {' or '.join(limits)} came first")
-    error = renderer.error() if renderer.is_random and renderer.samples > 1 else math.nan
-    if target.is_usual and error > GOOD:  # the square of the error falls as 1/n with n samples
+    if target.is_usual and renderer.samples > 1 and (error := renderer.error()) > GOOD:
+        # The square of the error falls as 1/n with n samples.
         seconds = progress.seconds_per_sample * renderer.samples * (error / GOOD) ** 2
         note(f"--error {100 * GOOD:g} would take about {seconds:.0f} s of rendering")
     if renderer.srgb and not renderer.has_own_display and path.suffix.lower() in EIGHT_BITS:
