@@ -288,9 +288,11 @@ def describe_size(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
 
 def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size, samples, and the error where there is one."""
-    text = describe_size(renderer, image)
-    error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
-    return text if error is None or math.isnan(error) else f"{text}, error {error}"
+    text, progress = describe_size(renderer, image), renderer.progress
+    if not renderer.jitter or renderer.samples < 2:
+        return text
+    error = progress.error if progress.has_reached_error else renderer.error()
+    return text if math.isnan(error) else f"{text}, error {error}"
 
 
 def describe_times(renderer: ProgressiveRenderer) -> str:
