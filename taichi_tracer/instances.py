@@ -56,8 +56,7 @@ class Instances:
         if not isinstance(self.mesh, Mesh):
             raise InputError(f"Instances: the mesh must be a Mesh, not {type(self.mesh).__name__}")
         try:
-            matrices = np.array(self.transforms, np.float64)
-            matrices = matrices.reshape(-1, 4, 4)
+            matrices = np.array(self.transforms, np.float64).reshape(-1, 4, 4)
         except (TypeError, ValueError):
             raise InputError("Instances: transforms must be numbers of the shape (n, 4, 4) or (4, 4)") from None
         wrong = ~(np.isfinite(matrices).all(axis=(1, 2)) & (matrices[:, 3] == (0, 0, 0, 1)).all(axis=1))

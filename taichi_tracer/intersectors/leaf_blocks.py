@@ -52,9 +52,7 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
 def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
     """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
     vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
-    rows = geometry.hittable_triangles()
-    if len(rows) < len(faces):
-        faces = faces[rows]
+    faces = faces[geometry.hittable_triangles()]
     if geometry.n_spheres > 0:
         low, high = np.split(geometry.sphere_boxes(), 2, axis=1)
         own = len(vertices) + np.arange(len(low), dtype=np.int32)
@@ -154,13 +152,6 @@ class LeafBlocks:
         """The components of all vertices of a block along an axis."""
         return variable(element(self.vertices, block, axis))
 
-    @compile_time
-    def extremes(self, block, axis):
-        """The smallest and the largest component along an axis of each primitive of a block."""
-        vertices = self.along(block, axis)
-        a, b, c = (corner_of(vertices, corner) for corner in range(3))
-        return variable(smaller(a, smaller(b, c))), variable(larger(a, larger(b, c)))
-
     @ti.func
     def candidates(self, ray, aim, block, used):
         """A mask, see ``lanes_of``, of the primitives of a block that the ray may hit. ``used`` places are not empty.
@@ -192,11 +183,11 @@ class LeafBlocks:
         axes = [self.along(block, axis) for axis in range(3)]
         n = stable_normals(*axes)
         det = variable(-tm.dot(shared(ray.direction), n))
-        a = corners(*axes, 0)
-        t = variable(-tm.dot(a - shared(ray.origin), n) / det)
+        t = variable(-tm.dot(corners(*axes, 0) - shared(ray.origin), n) / det)
         t_near, t_far = (ti.Vector([sign * tm.inf for _ in range(BLOCK)]) for sign in (-1, 1))
         for k in range(3):
-            low, high = self.extremes(block, k)
+            a, b, c = (corner_of(axes[k], corner) for corner in range(3))
+            low, high = variable(smaller(a, smaller(b, c))), variable(larger(a, larger(b, c)))
             inverse, near, far = (element(v, k) for v in (bounds.inverse, bounds.near_origin, bounds.far_origin))
             is_forward = variable(inverse >= 0)
             t_near = larger((ti.select(is_forward, low, high) - near) * inverse, t_near)

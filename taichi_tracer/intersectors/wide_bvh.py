@@ -36,7 +36,9 @@ from taichi_tracer.system.parts import overridable, register
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 STACK_STEP = 64  # the stack has a multiple of this length, so that most trees have the same kernels
-UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
+UNBRANCHED = (
+    2  # children that a shadow ray puts on the stack without a branch: few meet more, besides the one they enter
+)
 
 
 @register
@@ -162,20 +164,21 @@ class WideBVH(RayIntersector):
                 if ti.static(any_hit):
                     if best_id >= 0:
                         top = 0
-            if following == NOTHING:
-                following, top = self.wake(waiting, waiting_t, top, best, any_hit)
+            while following == NOTHING and top > 0:  # go on with the last child that waits and is met before ``best``
+                top -= 1
+                if ti.static(any_hit) or waiting_t[top] <= best:
+                    following = waiting[top]
             reference = following
         return best, best_id, best_u, best_v, best_place
 
     @ti.func
     def enter_any(self, waiting: ti.template(), top, node, mask):
-        """(a child that the ray meets, the new top of the stack). The other children wait.
+        """(a child that the ray meets, or ``NOTHING``; the new top of the stack). The other children wait.
 
-        If the ray meets no child, the last one that waits is entered; ``NOTHING`` if none waits. How many children a
-        ray meets is a branch that the CPU cannot predict. Therefore a few are always written, and whatever is no child
-        is overwritten later.
+        How many children a ray meets is a branch that the CPU cannot predict. Therefore a few are always written, and
+        whatever is no child is overwritten later.
         """
-        is_met, first = mask != 0, self.child(node, mask)
+        first = ti.select(mask != 0, self.child(node, mask), NOTHING)
         mask &= mask - 1
         for _ in ti.static(range(UNBRANCHED)):
             waiting[top] = self.child(node, mask)
@@ -185,11 +188,7 @@ class WideBVH(RayIntersector):
             waiting[top] = self.child(node, mask)
             top += 1
             mask &= mask - 1
-        top -= ti.select(is_met, 0, 1)
-        following = NOTHING
-        if top >= 0:
-            following = ti.select(is_met, first, waiting[top])
-        return following, top
+        return first, top
 
     @ti.func
     def child(self, node, mask):
@@ -209,17 +208,7 @@ class WideBVH(RayIntersector):
             mask &= mask - 1
             nearest = self.children[node, k]
             nearest_t = t_near[k]
-            for _ in ti.static(range(UNBRANCHED)):
-                k = ti.min(first_lane(mask), WIDTH - 1)
-                child, t = self.children[node, k], ti.select(mask != 0, t_near[k], tm.inf)
-                is_nearer = t < nearest_t
-                waiting[top] = ti.select(is_nearer, nearest, child)
-                waiting_t[top] = ti.select(is_nearer, nearest_t, t)
-                top += ti.select(mask != 0, 1, 0)
-                mask &= mask - 1
-                nearest = ti.select(is_nearer, child, nearest)
-                nearest_t = ti.select(is_nearer, t, nearest_t)
-            while mask != 0:  # the same for children that exist for certain, in fewer operations
+            while mask != 0:
                 k = first_lane(mask)
                 mask &= mask - 1
                 child, t = self.children[node, k], t_near[k]
@@ -230,16 +219,6 @@ class WideBVH(RayIntersector):
                 nearest = ti.select(is_nearer, child, nearest)
                 nearest_t = ti.select(is_nearer, t, nearest_t)
         return nearest, top
-
-    @ti.func
-    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best, any_hit: ti.template()):
-        """(the last waiting reference that is met before ``best``, or ``NOTHING``; the new top of the stack)."""
-        following = NOTHING
-        while following == NOTHING and top > 0:
-            top -= 1
-            if ti.static(any_hit) or waiting_t[top] <= best:
-                following = waiting[top]
-        return following, top
 
     @compile_time
     def near_and_far_plane(self, node, axis, is_forward):

@@ -23,7 +23,7 @@ def with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Mate
     known: dict[Material, int] = {}
     ids = [np.array([known.setdefault(m, len(known)) for m in mesh.materials], np.int32) for mesh in meshes]
     materials = list(known)
-    found = [
+    return [
         replace(
             mesh,
             materials=materials,
@@ -31,8 +31,7 @@ def with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Mate
             sphere_materials=own[mesh.sphere_materials],
         )
         for mesh, own in zip(meshes, ids, strict=True)
-    ]
-    return found, materials
+    ], materials
 
 
 def visible_points(mesh: Mesh) -> np.ndarray:

@@ -182,19 +182,20 @@ def _objects(mesh: Mesh, names: list[str]) -> Iterator[str]:
 
 
 def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals: bool) -> str:
-    used, faces = np.unique(mesh.faces[part], return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    lists = {"vertices": mesh.vertices[used].astype(np.float64), "indices": faces}
-    if not np.isfinite(lists["vertices"]).all():
+    vertices, indices = _used(mesh.vertices, mesh.faces[part])
+    if not np.isfinite(vertices).all():
         raise InputError(f"{mesh.source}: a vertex is not finite, which an RT3 document cannot express")
+    lists = {"vertices": vertices, "indices": indices}
     if has_normals:
-        ids = mesh.face_normals[part]
-        used, inverse = np.unique(ids[ids >= 0], return_inverse=True)
-        corners = np.full(ids.shape, -1)
-        corners[ids >= 0] = inverse.reshape(-1)
-        lists["normals"] = mesh.normals[used].astype(np.float64)
-        lists["normal_indices"] = corners
+        lists["normals"], lists["normal_indices"] = _used(mesh.normals, mesh.face_normals[part])
     return tag("object", type="trianglemesh", material=material, backface_cull=culls or None, **lists)
+
+
+def _used(rows: np.ndarray, ids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rows that occur in ``ids``, in float64, and the ids in these rows; −1 stays −1."""
+    used, inverse = np.unique(ids, return_inverse=True)
+    absent = int(used[0] < 0)
+    return rows[used[absent:]].astype(np.float64), inverse.reshape(ids.shape) - absent
 
 
 def _names(materials: list[Material]) -> list[str]:
