@@ -16,7 +16,6 @@ ABSENT = -1  # the reference to an empty leaf, for a child that does not exist
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
 COST_OF_BLOCK = 0.7  # the cost of testing the triangles of a block; only the ratio of the two costs matters
 SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
-AT_ONCE = 1 << 13  # nodes that are quantised at the same time, so that their numbers fit into the cache of the CPU
 
 
 LAST_STEP = 255  # the largest number in a byte
@@ -33,13 +32,6 @@ def quantise(planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         (W, 3) corner and (W, 3) step in the running precision; and (W, 6, 8) uint8 numbers, in the order of the planes.
         The box of an absent child is inside out (low > high).
     """
-    parts = [_quantised(planes[first : first + AT_ONCE]) for first in range(0, len(planes), AT_ONCE)]
-    corner, step, numbers = map(np.concatenate, zip(*parts, strict=True))
-    return corner, step, numbers
-
-
-def _quantised(planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """``quantise`` for a part of the nodes."""
     dtype = planes.dtype.type
     low, high = planes[:, :3], planes[:, 3:]
     corner = low.min(axis=2)

@@ -55,15 +55,11 @@ def read_gltf(raw: bytes, path: Path, notes: list[str]) -> Mesh:
     Args:
         notes: gets a line for everything that changes the picture and is not read.
     """
-    return Gltf(*json_of(raw), path, notes).read()
-
-
-def json_of(raw: bytes) -> tuple[dict, bytes | None]:
-    """The JSON of a file, and the buffer that stands in it if it is a GLB."""
-    if raw[:4] != b"glTF":
-        return json.loads(raw), None
-    length = int.from_bytes(raw[12:16], "little")  # the header has 12 bytes, and each chunk 8: its length and type
-    return json.loads(raw[20 : 20 + length]), raw[28 + length :]
+    content, buffer = raw, None
+    if raw[:4] == b"glTF":
+        length = int.from_bytes(raw[12:16], "little")  # the header has 12 bytes, and each chunk 8: its length and type
+        content, buffer = raw[20 : 20 + length], raw[28 + length :]
+    return Gltf(json.loads(content), buffer, path, notes).read()
 
 
 class Gltf:
