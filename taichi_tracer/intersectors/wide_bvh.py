@@ -36,9 +36,8 @@ from taichi_tracer.system.parts import overridable, register
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 STACK_STEP = 64  # the stack has a multiple of this length, so that most trees have the same kernels
-UNBRANCHED = (
-    2  # children that a shadow ray puts on the stack without a branch: few meet more, besides the one they enter
-)
+# Children that a shadow ray puts on the stack without a branch: few rays meet more, besides the one they enter.
+UNBRANCHED = 2
 
 
 @register
