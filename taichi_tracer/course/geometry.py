@@ -18,6 +18,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.compile_time import element, inside_kernel
 from taichi_tracer.system.course_fields import held
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import filled
@@ -88,6 +89,16 @@ class CourseRays:
         return to_course(self.package.intersect_triangle(ray, triangle_id - 1))
 
 
+class FromOne:
+    """A field of ids, counted from 1; also in kernels."""
+
+    def __init__(self, ids: Any) -> None:
+        self.ids = ids
+
+    def __getitem__(self, index: Any) -> Any:
+        return (element(self.ids, index) if inside_kernel() else self.ids[index]) + 1
+
+
 @ti.data_oriented
 class CourseLights(OfPackage):
     """A sampler of lamps, with triangles from 1.
@@ -105,8 +116,7 @@ class CourseLights(OfPackage):
 
     @cached_property
     def emissive_triangle_ids(self) -> Any:
-        self._memory, (ids,) = filled(self.package.emissive_triangle_ids.to_numpy() + 1)
-        return ids
+        return FromOne(self.package.emissive_triangle_ids)
 
     @cached_property
     def total_emissive_area(self) -> Any:
