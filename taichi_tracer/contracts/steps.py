@@ -1,6 +1,5 @@
 """Which checks belong to a part: each with what it checks, in words."""
 
-import inspect
 from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
@@ -22,6 +21,7 @@ from taichi_tracer.contracts import (
 )
 from taichi_tracer.contracts.statistics import SphereCells
 from taichi_tracer.sampler import sampler_of
+from taichi_tracer.system.own_code.checks import what_it_says
 from taichi_tracer.system.parts import replaced
 
 
@@ -41,7 +41,7 @@ def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
         "environment": lambda: environment_and_checks(part),
     }
     subject, checks = kinds.get(part.kind, lambda: (part, ()))()
-    return [(sentence(check), partial(check, subject)) for check in checks]
+    return [(what_it_says(check), partial(check, subject)) for check in checks]
 
 
 def check_of_intersector(part: Any) -> Callable:
@@ -66,9 +66,3 @@ def environment_and_checks(environment: Any) -> tuple[lights.Bench, tuple[Callab
     light = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=made).in_kernels().lights.far[0]
     bench = lights.Bench(light, cells=SphereCells.equal_angles(rows, columns))
     return bench, lights.steps(light)
-
-
-def sentence(check: Callable) -> str:
-    """The first sentence of a check's documentation, without the full stop."""
-    text = " ".join((inspect.getdoc(check) or check.__name__).split("\n\n")[0].split())
-    return text.split(". ")[0].rstrip(".").replace("``", "")

@@ -26,7 +26,7 @@ from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import checks
-from taichi_tracer.system.own_code.checks import is_empty, unwrap
+from taichi_tracer.system.own_code.checks import is_empty, is_own_file, unwrap
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
 from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.stubs import is_placeholder, is_stub, line_of_mark
@@ -176,10 +176,7 @@ def place_of(error: BaseException, folder: Path | None) -> tuple[str, int]:
 
 def is_students(file: Path, folder: Path | None) -> bool:
     """Whether a file of a traceback belongs to the student: it lies in the folder, or is a cell of a notebook."""
-    if folder is not None:
-        return file.resolve().parent == folder
-    package = Path(__file__).parents[1]
-    return "ipykernel" in str(file) or (package not in file.parents and "site-packages" not in str(file))
+    return is_own_file(str(file)) if folder is None else file.resolve().parent == folder
 
 
 @cache
