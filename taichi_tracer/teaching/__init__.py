@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from typing import Any
 
 
-def __getattr__(name: str):
-    """``not_written`` when it is first used: the processes of the grader import this package before Taichi."""
-    if name != "not_written":
+def __getattr__(name: str) -> Any:
+    """What needs Taichi, when it is first used: the processes of the grader import this package before Taichi."""
+    if name not in ("not_written", "marked"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from taichi_tracer.teaching.handout.stubs import not_written
+    from taichi_tracer.teaching.handout import stubs
 
-    return not_written
+    return getattr(stubs, name)
 
 
 def check(assignment: str, *classes: type, seed: int = 0, parts: Sequence[str] = ()) -> Any:
@@ -35,10 +35,3 @@ def check(assignment: str, *classes: type, seed: int = 0, parts: Sequence[str] =
     from taichi_tracer.teaching.checking import check_classes
 
     return check_classes(assignment, classes, seed, parts)
-
-
-def marked(renderer: Any) -> Any:
-    """Let a renderer show a dark picture, and name what is missing, while it needs a method that is not written."""
-    from taichi_tracer.teaching.placeholder import marked as mark
-
-    return mark(renderer)

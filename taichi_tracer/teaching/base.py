@@ -438,12 +438,13 @@ def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count
 
 
 def shown(value: np.ndarray | float) -> object:
-    """An array as numbers with six digits: a number, or nested lists."""
+    """An array as numbers with six digits, or nested lists of them; in words, as "nan", where JSON has no number."""
     array = np.asarray(value)
     if array.size != 1:
         return [shown(part) for part in array]
     number = array.reshape(-1)[0]
-    return int(number) if array.dtype.kind in "iub" else float(f"{number:.6g}")
+    digits = f"{number:.6g}"
+    return int(number) if array.dtype.kind in "iub" else float(digits) if np.isfinite(number) else digits
 
 
 # ── groups of arrays, and the folder of what is kept ──

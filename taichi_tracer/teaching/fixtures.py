@@ -288,14 +288,13 @@ def eye_ray(camera: ti.template(), pixel):
     return ray.origin, ray.direction
 
 
-def run_eye_rays(make: Callable[[type, Arrays], Any]) -> Callable[[type, Arrays], Arrays]:
-    """A function that asks a camera for the ray of each "pixel"."""
-    return on_rows(eye_ray, ["pixel"], {"origin": 3, "direction": 3}, make)
-
-
 def camera_of(cls: type, inputs: Arrays) -> Any:
     """The camera of the class under test whose size, and perhaps view, are among the inputs."""
     return cls(int(inputs["width"]), int(inputs["height"]), **view_of(inputs))
+
+
+# A function that asks a camera for the ray of each "pixel".
+RUN_EYE_RAYS = on_rows(eye_ray, ["pixel"], {"origin": 3, "direction": 3}, camera_of)
 
 
 def front_view(rng: np.random.Generator) -> Arrays:

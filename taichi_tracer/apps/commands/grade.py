@@ -14,7 +14,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grading import class_page, gradescope, submissions
-from taichi_tracer.teaching.grading.grade import GradingSettings, Mark, grade_class, most_points, to_json
+from taichi_tracer.teaching.grading.grade import GradingSettings, Mark, grade_class, most_points
 from taichi_tracer.teaching.grading.isolate import best_level
 
 
@@ -104,7 +104,7 @@ def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSett
     """Everything as JSON."""
     facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
     facts |= {"level": settings.level, "submissions": [mark.facts() for mark in marks]}
-    return json.dumps(to_json(facts), indent=1)
+    return json.dumps(facts, indent=1)
 
 
 def as_csv(marks: Sequence[Mark]) -> str:

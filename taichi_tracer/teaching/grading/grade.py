@@ -11,7 +11,7 @@ kept in the user's cache; every submission gets a copy.
 import math
 import tempfile
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -95,23 +95,12 @@ class Mark:
     def facts(self) -> dict:
         """The mark for JSON, with its sums."""
         parts = [{name: getattr(part, name) for name in (*OF_A_PART, "earned")} for part in self.parts]
-        return to_json({**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points})
+        return {**vars(self), "parts": parts, "score": self.score, "earned": self.score, "points": self.points}
 
 
 def most_points(marks: Sequence[Mark]) -> float:
     """The points that can be had in a class, with the optional parts that somebody handed in."""
     return max(mark.points for mark in marks)
-
-
-def to_json(value: Any) -> Any:
-    """A value for JSON: numbers that JSON does not have, such as NaN, become words."""
-    if isinstance(value, Mapping):
-        return {str(name): to_json(entry) for name, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [to_json(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return value
 
 
 # ── answers ──
@@ -279,7 +268,7 @@ def grade(reference: Reference, submitted: Submission, settings: GradingSettings
 def mark_of(reference: Reference, part: Part, reply: dict, answers: Arrays) -> PartResult:
     """The mark of one part."""
     status, seconds = reply.get("status"), reply.get("seconds")
-    seconds = seconds if isinstance(seconds, float) else 0.0
+    seconds = seconds if isinstance(seconds, float) and math.isfinite(seconds) else 0.0
     blank = PartResult(CRASHED, name=part.name, topic=part.topic, points=part.points, seconds=seconds)
     if status == NOT_ASKED:
         message = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
@@ -293,7 +282,7 @@ def mark_of(reference: Reference, part: Part, reply: dict, answers: Arrays) -> P
     verdict = judged(part, reference.inputs[part.name], answers, reference.expected[part.name])
     pictures = {name: np.nan_to_num(picture).astype(np.float32) for name, picture in verdict.pictures.items()}
     share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
-    facts = {"message": clean(verdict.message), "first_wrong": to_json(verdict.first_wrong), "pictures": pictures}
+    facts = {"message": clean(verdict.message), "first_wrong": verdict.first_wrong, "pictures": pictures}
     kept = answers if part.replaces and verdict.status != RIGHT else {}
     return replace(blank, status=verdict.status, share=share, arrays=kept, **facts)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from taichi_tracer.files.disk import check_place, replace_file, scene_data_dir
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import RIGHT, Assignment, PartResult
-from taichi_tracer.teaching.grading.grade import Mark, to_json
+from taichi_tracer.teaching.grading.grade import Mark
 from taichi_tracer.teaching.grading.isolate import PACKAGE
 from taichi_tracer.teaching.html_boxes import lines_of
 
@@ -65,7 +65,7 @@ def results(mark: Mark) -> str:
     """The text of results.json for one submission. Gradescope itself takes off what is late."""
     tests = [test(number, part) for number, part in enumerate(mark.parts, start=1)]
     facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(mark.remarks)}
-    return json.dumps(to_json({**facts, **SCHEMA, "tests": tests}), indent=1, allow_nan=False)
+    return json.dumps({**facts, **SCHEMA, "tests": tests}, indent=1, allow_nan=False)
 
 
 def test(number: int, part: PartResult) -> dict:

@@ -214,14 +214,13 @@ def view_part(name: str) -> Part:
 PIXELS, HITS = Numbers(1e-4, called="pixels"), Numbers(2e-3, "is_hit", "rays")
 POINTS, CAMERAS = Numbers(1e-4, called="points"), Numbers(1e-4, called="cameras")
 RUN_NDC = fixtures.on_rows(ndc, ["pixel"], {"ndc": 2}, fixtures.camera_of)
-RUN_RAY = fixtures.run_eye_rays(fixtures.camera_of)
 RUN_NEAREST = fixtures.on_rows(nearest_hit, ["origin", "direction"], HIT, fixtures.intersector)
 RUN_TRIANGLE = fixtures.on_rows(hit_on_triangle, ["origin", "direction", "triangle_id"], HIT, fixtures.intersector)
 PARTS = (
     method("Camera.generate_ndc_coords", 2, RAYS, pixels, RUN_NDC, PIXELS),
     method("Camera.generate_camera_coords", 3, RAYS, points_and_angles, run_camera_coords, POINTS),
     method("Camera.compute_matrix", 3, RAYS, fixtures.places, fixtures.run_matrix, CAMERAS),
-    method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, RUN_RAY, PIXELS),
+    method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, fixtures.RUN_EYE_RAYS, PIXELS),
     method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, RUN_TRIANGLE, HITS),
     method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, RUN_NEAREST, HITS),
     *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),

@@ -47,11 +47,10 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 SAME, CAMERAS = Numbers(1e-4, called="pixels"), Numbers(1e-4, called="cameras")
 RUN_SCREEN = fixtures.on_rows(screen, ["pixel"], {"screen": 2}, fixtures.camera_of)
-RUN_RAY = fixtures.run_eye_rays(fixtures.camera_of)
 PARTS = (
     method("PerspectiveCamera.compute_matrix", 3, FRAME, fixtures.places, fixtures.run_matrix, CAMERAS),
     method("PerspectiveCamera.pixel_to_screen", 3, SCREEN, pixels, RUN_SCREEN, SAME),
-    method("PerspectiveCamera.generate_ray", 3, RAYS, pixels, RUN_RAY, SAME),
-    method("OrthographicCamera.generate_ray", 3, RAYS, pixels, RUN_RAY, SAME),
+    method("PerspectiveCamera.generate_ray", 3, RAYS, pixels, fixtures.RUN_EYE_RAYS, SAME),
+    method("OrthographicCamera.generate_ray", 3, RAYS, pixels, fixtures.RUN_EYE_RAYS, SAME),
     picture("two cameras", 1, cornell_view, run_picture),
 )
