@@ -7,7 +7,7 @@ of lights hold an object of the student's own class, for which triangles are cou
 import ast
 import contextlib
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -52,10 +52,27 @@ def adapters_of(classes: dict[str, type]) -> dict[str, type]:
         elif name == "MeshLightSampler":
             made[name] = light_sampler_of(student)
         elif name in HANDOUT:
-            made[name] = adapted(student, CLASSES[name], HANDOUT[name])
+            made[name] = adapted(student, CLASSES[name])
         else:
             made[name] = renderer_of(student, CLASSES[name], classes)
     return made
+
+
+def without(cls: type, *methods: str) -> type:
+    """A class of ``adapters_of`` with the package's methods in place of some of the student's.
+
+    Without the student's test of a triangle, the search is the package's, too.
+    """
+    base = CLASSES[cls.__name__]
+    if "intersect_triangle" in methods:
+        methods = HANDOUT["RayIntersector"]
+    packages = {name: inspect.getattr_static(base, name) for name in methods if hasattr(base, name)}
+    return type(cls.__name__, (cls,), packages | {"__module__": cls.__module__})
+
+
+def alone(cls: type, method: str) -> type:
+    """A class of ``adapters_of`` in which only one of the handout's methods is the student's."""
+    return without(cls, *(name for name in HANDOUT.get(cls.__name__, ()) if name != method))
 
 
 def own_members(student: type) -> dict[str, Any]:
@@ -114,15 +131,10 @@ class StudentKernel:
         return self.written if owner is None else _BoundedDifferentiableMethod(owner, self.written)
 
 
-def adapted(student: type, base: type, methods: Sequence[str]) -> type:
-    """A class of the package's kind with the student's methods.
-
-    Args:
-        methods: those of the handout's that are the student's.
-    """
+def adapted(student: type, base: type) -> type:
+    """A class of the package's kind with the student's methods."""
     name, others = base.__name__, other_arguments(student, base)
-    members = {k: v for k, v in own_members(student).items() if k in methods or k not in HANDOUT[name]}
-    members = {k: if_written(student, k, v) for k, v in members.items() if k not in others}
+    members = {k: if_written(student, k, v) for k, v in own_members(student).items() if k not in others}
     if "BRDF" in name:
         members = {k: fitted(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members = {k: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for k, v in members.items()}
@@ -135,7 +147,7 @@ def adapted(student: type, base: type, methods: Sequence[str]) -> type:
 
         members["__init__"] = begin
     members |= {"__module__": student.__module__, "__doc__": student.__doc__, "other_arguments": others}
-    return with_some(type(name, (base,), members), methods, lambda some: adapted(student, base, some))
+    return type(name, (base,), members)
 
 
 # What the constructor of a student's class gets, from the package's object.
@@ -168,17 +180,6 @@ def complete(made: Any, student: type, given: dict[str, Any]) -> None:
         vars(made).update({k: v for k, v in vars(constructed).items() if k in lacking})
 
 
-def with_some(cls: Any, methods: Sequence[str], make: Callable[[Sequence[str]], type]) -> type:
-    """Give a class ``alone(method)``, with only one of its methods, and ``without(method)``, with the others.
-
-    Args:
-        methods: of the handout, which are the student's. make: a class with some of the methods.
-    """
-    cls.alone = staticmethod(lambda method: make([method]))
-    cls.without = staticmethod(lambda method: make([other for other in methods if other != method]))
-    return cls
-
-
 def fitted(method: Any) -> Any:
     """A function of a BRDF that may lack some of the handout's parameters, such as ``w_o``."""
     if isinstance(method, Unfinished):
@@ -208,11 +209,8 @@ def object_of(student: type, **attributes: Any) -> Any:
     return made
 
 
-def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersector"]) -> type:
-    """An intersector that asks an object of the student's class.
-
-    Without the student's test of a triangle, the search is the package's, too.
-    """
+def intersector_of(student: type) -> type:
+    """An intersector that asks an object of the student's class."""
 
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
         BIND(self, geometry, triangle_test)
@@ -222,10 +220,9 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
     own, others = own_members(student), other_arguments(student, tt.RayIntersector)
     members = {"bind": bind, "__module__": student.__module__, "name": "student's", "other_arguments": others}
     for method, of_adapter in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
-        if method in own and method in methods and methods != ["query_ray"] and method not in others:
+        if method in own and method not in others:
             members[method] = finished(student, tt.RayIntersector, method, of_adapter)
-    made = type("RayIntersector", (tt.RayIntersector,), members)
-    return with_some(made, methods, lambda some: intersector_of(student, some))
+    return type("RayIntersector", (tt.RayIntersector,), members)
 
 
 @ti.func
@@ -272,9 +269,7 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
     made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__, "other_arguments": {}}
     if ways or "shade_ray" in members:
         made["shade_ray"] = shade_ray if ways else finished(student, base, "shade_ray", shade_ray)
-    cls: Any = type(base.__name__, (base,), made)
-    cls.alone, cls.without = staticmethod(lambda _method: cls), staticmethod(lambda _method: base)
-    return cls
+    return type(base.__name__, (base,), made)
 
 
 def shading_object(renderer: Any, student: type, classes: dict[str, type]) -> Any:
@@ -309,7 +304,7 @@ PARTS_OF_SCENE = {
 }
 
 
-def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightSampler"]) -> type:
+def light_sampler_of(student: type) -> type:
     """A sampler of lamps that asks an object of the student's class; what this lacks, it has from the package's."""
     kind = type(student.__name__, (student, CourseLights), {})
 
@@ -339,9 +334,8 @@ def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightS
     members: dict[str, Any] = {
         name: finished(student, tt.MeshLightSampler, name, method)
         for name, method in adapters.items()
-        if name in own and name in methods and name not in others
+        if name in own and name not in others
     }
     members["geometry"] = property(lambda self: vars(self)["_geometry"], set_geometry)
     members |= {"__module__": student.__module__, "other_arguments": others}
-    made = type("MeshLightSampler", (tt.MeshLightSampler,), members)
-    return with_some(made, methods, lambda some: light_sampler_of(student, some))
+    return type("MeshLightSampler", (tt.MeshLightSampler,), members)

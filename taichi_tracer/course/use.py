@@ -18,10 +18,10 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import unfinished, where_in
 
-# What an adapter has of Python, of Taichi and for grading: it is not assigned to the package's class.
+# What an adapter has of Python and of Taichi: it is not assigned to the package's class.
 LEFT = {
     *("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl"),
-    *("_data_oriented", "__getattribute__", "alone", "without", "name"),
+    *("_data_oriented", "__getattribute__", "name"),
 }
 
 

@@ -142,7 +142,7 @@ class Assignment:
         files: the files that a student hands in, such as "camera.py".
         classes: name of a class that the student writes → the file that it is in.
         program: the file of the solution that opens a window, such as "A1.py"; "" if there is none.
-        is_sealed: whether there is no solution, but only its answers; see ``sealed``.
+        is_sealed: whether there is no solution, but only its answers; see ``catalogue.answers_in``.
     """
 
     name: str

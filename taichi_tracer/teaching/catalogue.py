@@ -7,20 +7,27 @@ An assignment is a folder with
     mistakes.py    MISTAKES: part → name of a mistake → (hint, change, change …), see ``base.Mistake``;
                    those that students make most often first, at most eight of a part; the file may be missing
     solution/      the tagged solution; a student hands in its files, except a program such as A1.py
+
+The solution of an assignment that comes with the package is in the package, as the renderer itself is. The solution of
+a teacher's own assignment is not handed out. In its place, students get the file ``ANSWERS``: the answers of the
+solution and of the known mistakes to the inputs of one seed.
 """
 
 import ast
+import json
 import runpy
 import sys
+import zipfile
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching.base import Assignment, Mistake
-from taichi_tracer.teaching.handout.sealed import facts_of, is_sealed
+import numpy as np
 
-SHIPPED = Path(__file__).parent / "assignments"
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, parted
+
+SHIPPED, ANSWERS = Path(__file__).parent / "assignments", "answers.npz"
 
 
 def names() -> list[str]:
@@ -45,11 +52,11 @@ def load(name_or_folder: str | Path) -> Assignment:
 @lru_cache(maxsize=32)
 def load_folder(folder: Path) -> Assignment:
     """The assignment in a folder."""
-    sealed = is_sealed(folder)
+    sealed = (folder / ANSWERS).is_file() and not (folder / "solution").exists()
     for needed in ("README.md", "parts.py") if sealed else ("README.md", "parts.py", "solution"):
         if not (folder / needed).exists():
             raise InputError(f"{folder}: {needed} is missing, so this is no assignment: see docs/teaching.md")
-    facts = facts_of(folder) if sealed else facts_of_solution(folder)
+    facts = answers_in(folder)[0] if sealed else facts_of_solution(folder)
     parts, classes, mistakes = tuple(constant(folder / "parts.py", "PARTS")), facts["classes"], facts["mistakes"]
     for part in parts:
         if part.replaces not in ("", *classes):
@@ -60,7 +67,8 @@ def load_folder(folder: Path) -> Assignment:
     for mistake in mistakes:
         if mistake.part not in [part.name for part in parts]:
             raise InputError(f"{folder / 'mistakes.py'}: there is no part {mistake.part!r}")
-    files, title = tuple(dict.fromkeys(classes.values())), title_of(folder / "README.md")
+    files = tuple(dict.fromkeys(classes.values()))
+    title = (folder / "README.md").read_text(encoding="utf-8").partition("\n")[0].lstrip("# ").strip()
     return Assignment(facts["name"], title, folder, parts, files, classes, mistakes, facts["program"], sealed)
 
 
@@ -78,6 +86,19 @@ def facts_of_solution(folder: Path) -> dict[str, Any]:
         "program": next((path.name for path in solution if not classes_in(path)), ""),
         "mistakes": tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in entries),
     }
+
+
+@lru_cache(maxsize=4)
+def answers_in(folder: Path) -> tuple[dict[str, Any], dict[str, Arrays]]:
+    """What ``export.seal`` wrote: the name, the classes, … and "part NUMBER" or "mistake NUMBER" → its answers."""
+    try:
+        with np.load(folder / ANSWERS, allow_pickle=False) as found:
+            answers = parted(dict(found))
+        facts = json.loads(str(answers[""]["facts"]))
+        facts["mistakes"] = tuple(Mistake(part, name, hint, ()) for part, name, hint in facts["mistakes"])
+    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile):
+        raise InputError(f"{folder / ANSWERS}: the file is damaged: take the folder from the course again") from None
+    return facts, answers
 
 
 def constant(file: Path, name: str) -> Any:
@@ -99,9 +120,3 @@ def classes_in(file: Path) -> list[str]:
     except SyntaxError as error:
         raise InputError(f"{file}:{error.lineno}: {error.msg}") from None
     return [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
-
-
-def title_of(readme: Path) -> str:
-    """The first heading of a text."""
-    lines = readme.read_text(encoding="utf-8").splitlines()
-    return next((line.lstrip("# ").strip() for line in lines if line.startswith("#")), readme.parent.name)

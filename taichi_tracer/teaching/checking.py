@@ -23,7 +23,6 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.own_code.checks import unwrap
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import BEGUN, NOT_WRITTEN, RIGHT, Arrays, Assignment, Mistake, Part, PartResult
-from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.export import RECORD, written
 from taichi_tracer.teaching.html_boxes import Report
 from taichi_tracer.teaching.running import (
@@ -148,7 +147,7 @@ def find(
 def answers_of(assignment: Assignment, part: Part, mistake: Mistake, seed: int) -> Arrays | None:
     """What the solution with a mistake answers, computed once in a process; None if it does not run."""
     if assignment.is_sealed:
-        return sealed.answers_of_mistake(assignment, mistake)
+        return catalogue.answers_in(assignment.folder)[1].get(f"mistake {assignment.mistakes.index(mistake)}")
     file = assignment.classes[part.replaces]
     with tempfile.TemporaryDirectory() as folder, np.errstate(all="ignore"):  # a mistake may divide by 0
         (Path(folder) / file).write_text(changed_source(assignment, part, mistake), encoding="utf-8")
@@ -280,7 +279,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -
     if found.status != OK:
         where = f" (line {found.line} is still that of the handout)" if found.line else ""
         return replace(found, message=found.message + (where if found.status == NOT_WRITTEN else ""), **facts)
-    right = expected(assignment, part, inputs)
+    right = expected(assignment, part, seed)
     if has_own_distribution(part, student):
         part = replace(part, judge=replace(part.judge, only_means=True))
     result = replace(part.judge(inputs, found.arrays, right), **facts)

@@ -27,8 +27,8 @@ from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.own_code import checks
 from taichi_tracer.system.own_code.checks import is_empty, is_own_file, unwrap
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part, PartResult
-from taichi_tracer.teaching.handout import sealed
 from taichi_tracer.teaching.handout.stubs import is_placeholder, is_stub, line_of_mark
 
 # ── loading classes ──
@@ -198,12 +198,13 @@ NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged
 OPTIONAL_TEXT = "it is optional, for graduate students, and was not handed in: nothing is lost"
 
 
-def class_under_test(student: type, part: Part, solution: Loaded) -> type:
+def class_under_test(student: Loaded, part: Part, solution: Loaded) -> type:
     """A class with the method of a part as the student wrote it, and the solution's methods beside it."""
-    if hasattr(student, "alone"):  # of the course: the other methods are the package's
-        return student.alone(part.method)
+    cls = student.classes[part.replaces]
+    if student.is_of_course:  # the other methods are the package's
+        return import_quickly("taichi_tracer.course.adapters").alone(cls, part.method)
     others = solution.beside(part)
-    return type(student.__name__, (student,), {**others, "__module__": student.__module__}) if others else student
+    return type(cls.__name__, (cls,), {**others, "__module__": cls.__module__}) if others else cls
 
 
 def own_method(cls: type, name: str) -> object | None:
@@ -268,7 +269,7 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
                 return PartResult(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             if is_empty(method):
                 return PartResult(NOT_WRITTEN, message="it does nothing, and returns nothing")
-            subject = class_under_test(cls, part, solution)
+            subject = class_under_test(student, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             checks.check_whole(part.name, method, subject, right)
         with (
@@ -337,11 +338,14 @@ def next_number(*_type):
 _ORIGINAL_RANDOM = ti.random
 
 
-def expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
-    """What the solution answers; an InputError if it does not run."""
+def expected(assignment: Assignment, part: Part, seed: int) -> Arrays:
+    """What the solution answers; an InputError if it does not run, or if its answers are those to another seed."""
     if assignment.is_sealed:
-        return sealed.answers_to_part(assignment, part, inputs)
-    found = answer(assignment, part, solution_of(assignment), inputs)
+        facts, answers = catalogue.answers_in(assignment.folder)
+        if seed != facts["seed"]:
+            raise InputError(f"{assignment.folder}: only the answers to the inputs of seed {facts['seed']} are there")
+        return answers[f"part {assignment.parts.index(part)}"]
+    found = answer(assignment, part, solution_of(assignment), assignment.inputs(part, seed))
     if found.status != OK:
         raise InputError(f"assignment {assignment.name}: the solution of {part.name} fails: {found.message}")
     return found.arrays

@@ -78,7 +78,7 @@ pytestmark = pytest.mark.usefixtures("own_cache")
 def test_every_mistake_is_found_under_its_own_name(part_name):
     assignment = catalogue.load("a1")
     part = assignment.part(part_name)
-    right = expected(assignment, part, assignment.inputs(part, SEED))
+    right = expected(assignment, part, SEED)
     assert find(assignment, part, SEED, right, right) == []
     for one in assignment.mistakes_of(part):
         wrong = answers_of(assignment, part, one, SEED)
@@ -96,7 +96,7 @@ def test_a_method_has_few_known_mistakes_which_change_the_solution(name):
 def test_an_error_that_no_mistake_explains_is_described():
     assignment = catalogue.load("a1")
     part = assignment.parts[0]
-    right = expected(assignment, part, assignment.inputs(part, 0))
+    right = expected(assignment, part, 0)
     found = find(assignment, part, 0, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
     assert [(f["names"], f["text"]) for f in found] == [([], "ndc is scaled by 0.7")]
 

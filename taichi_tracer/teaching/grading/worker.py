@@ -25,6 +25,7 @@ from pathlib import Path
 import taichi as ti
 
 from taichi_tracer.system import runtime
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.teaching import catalogue, checking, running
 from taichi_tracer.teaching.base import Arrays, Assignment, parted
 from taichi_tracer.teaching.grading.isolate import messages, pack
@@ -87,7 +88,7 @@ def mended(student: running.Loaded, assignment: Assignment, names: Sequence[str]
     for part in (assignment.part(name) for name in names):
         cls, solution = classes.get(part.replaces), running.solution_of(assignment).classes[part.replaces]
         if cls is not None and student.is_of_course:
-            classes[part.replaces] = cls.without(part.method)
+            classes[part.replaces] = import_quickly("taichi_tracer.course.adapters").without(cls, part.method)
         elif cls is not None:
             method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
             classes[part.replaces] = type(cls.__name__, (cls,), method)

@@ -1,4 +1,4 @@
-"""What students get: an assignment without its solution, as a folder, as a notebook, or sealed.
+"""What students get: an assignment without its solution, as a folder or as a notebook.
 
 A file has one step on the way from the solved assignment to what is handed out.
 """

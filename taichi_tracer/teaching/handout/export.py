@@ -15,11 +15,13 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
+
 from taichi_tracer.files.disk import replace_file
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Assignment, Mistake
-from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.handout.sealed import seal
+from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, joined
+from taichi_tracer.teaching.catalogue import ANSWERS, SHIPPED
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
 CHECKS = "checks"  # the folder with the answers of a solution that is not handed out
@@ -96,6 +98,34 @@ def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed:
         for picture in assignment.folder.glob(ending):
             shutil.copyfile(picture, folder / picture.name)
     return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def seal(assignment: Assignment, folder: Path, seed: int) -> None:
+    """Write an assignment with the answers in place of its solution into a new folder; see ``catalogue``.
+
+    Raises:
+        InputError: the solution does not run.
+    """
+    from taichi_tracer.teaching import checking, running  # which need this module
+
+    runtime.ensure()
+    found: dict[str, Arrays] = {}
+    for i, part in enumerate(assignment.parts):
+        found[f"part {i}"] = running.expected(assignment, part, seed)
+    for i, mistake in enumerate(assignment.mistakes):
+        found[f"mistake {i}"] = checking.answers_of(assignment, assignment.part(mistake.part), mistake, seed) or {}
+    facts = {
+        "name": assignment.name,
+        "seed": seed,
+        "classes": dict(assignment.classes),
+        "program": assignment.program,
+        "mistakes": [[m.part, m.name, m.hint] for m in assignment.mistakes],
+    }
+    folder.mkdir()
+    for path in (assignment.folder / "README.md", *assignment.folder.glob("*.py")):
+        if path.name != "mistakes.py":
+            shutil.copyfile(path, folder / path.name)
+    np.savez(folder / ANSWERS, facts=np.array(json.dumps(facts)), **joined(found))  # type: ignore[arg-type]
 
 
 def sources(assignment: Assignment, form: str) -> dict[str, str]:
