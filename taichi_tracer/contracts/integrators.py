@@ -1,8 +1,8 @@
-"""What every integrator must do: finite samples everywhere; and of an estimator, a mean that is the radiance.
+"""What every integrator must do: finite samples everywhere; of an estimator, a mean that is the radiance.
 
 The means are those of a diffuse plane, on which nothing casts a shadow, so that they are known in closed form however
 many times light is reflected. An estimator is held to: emission, light from all directions, light from a single one,
-and what rays see that meet nothing.
+and what rays see that meet nothing. A view has a colour in [0, 1] of every hit, the same each time; a miss is black.
 """
 
 import numpy as np
@@ -16,6 +16,7 @@ from taichi_tracer.geometry import Mesh
 SIZE, SPP = 32, 256  # pixels of a side, samples of a pixel
 KD, KE = np.array([0.8, 0.5, 0.2]), np.array([0.0, 0.3, 0.1])
 ROUNDING = 3e-6  # of the mean of samples that are all alike
+ROUNDING_OF_VIEWS = 1e-6  # of 0 and 1, where barycentric coordinates are added up
 SUN, IRRADIANCE = np.array([0.48, 0.8, 0.36]), np.array([2.0, 1.0, 0.5])
 SKY_ROWS = 8
 
@@ -59,11 +60,31 @@ def check_sky_sun_and_emission(estimator):
     )
 
 
+def rendered(integrator, spp):
+    """A picture of triangles, spheres, vertex normals, one-sided triangles and all BRDFs, whose samples are finite."""
+    scene = tt.SceneData(all_primitives(np.random.default_rng(20)), environment="studio", lights=[sun()])
+    renderer_class = {"view": tt.A1Renderer, "integrator": tt.RT3Renderer}.get(integrator.what, tt.A2Renderer)
+    around = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
+    renderer = renderer_class(scene, camera=around, integrator=integrator).render(min(SPP, spp))
+    assert renderer.non_finite == 0, f"{integrator.name}: {renderer.non_finite} samples are not finite"
+    return renderer
+
+
 def check_samples_are_finite(integrator):
     """Samples are finite, and none is below 0: triangles, spheres, vertex normals, one-sided triangles, all BRDFs."""
-    scene = tt.SceneData(all_primitives(np.random.default_rng(20)), environment="studio", lights=[sun()])
-    renderer_class = tt.RT3Renderer if integrator.what == "integrator" else tt.A2Renderer
-    around = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
-    renderer = renderer_class(scene, camera=around, integrator=integrator).render(min(SPP, 16))
-    assert renderer.non_finite == 0, f"{integrator.name}: {renderer.non_finite} samples are not finite"
-    check_range(f"{integrator.name}: a pixel", renderer.image(), 0)
+    check_range(f"{integrator.name}: a pixel", rendered(integrator, 16).image(), 0)
+
+
+def check_view(view):
+    """Colours in [0, 1], the same each time; a miss is black.
+
+    Of spheres the colour need only be finite: their ``barycentric_coords`` are longitude and latitude, which have no
+    third.
+    """
+    renderer = rendered(view, 1)
+    ids, image = renderer.aov("triangle_id"), renderer.image()
+    of_triangles, missed = image[(ids >= 0) & ~np.isin(ids, renderer.scene_data.mesh.sphere_ids)], image[ids < 0]
+    check_range(f"{view.name}: a colour", of_triangles, -ROUNDING_OF_VIEWS, 1 + ROUNDING_OF_VIEWS)
+    assert not missed.any(), f"{view.name}: a miss is not black, but {missed.max(axis=0)}"
+    renderer.reset()
+    assert np.array_equal(renderer.render().image(), image), f"{view.name}: the second picture differs from the first"

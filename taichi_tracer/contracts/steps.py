@@ -16,8 +16,8 @@ from taichi_tracer.contracts import (
     lamp_choices,
     lights,
     samplers,
+    tones,
     triangle_tests,
-    views,
 )
 from taichi_tracer.contracts.statistics import SphereCells
 from taichi_tracer.sampler import sampler_of
@@ -35,7 +35,7 @@ def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
         "intersector": lambda: (part, [check_of_intersector(part)]),
         "integrator": lambda: (part, checks_of_integrator(part)),
         "triangle test": lambda: (part, triangle_tests.STEPS),
-        "tone curve": lambda: (part, [views.check_tone]),
+        "tone curve": lambda: (part, [tones.check_tone]),
         "lamp choice": lambda: (part, [lamp_choices.check_lamp_choice]),
         "light": lambda: (lights.Bench(part), (*lights.steps(part), lights.check_facts)),
         "environment": lambda: environment_and_checks(part),
@@ -52,7 +52,7 @@ def check_of_intersector(part: Any) -> Callable:
 
 def checks_of_integrator(integrator: Any) -> list[Callable]:
     """Those of a view; finite samples of any other; and the means of an estimator of light, which needs some."""
-    checks = [views.check_view if integrator.what == "view" else integrators.check_samples_are_finite]
+    checks = [integrators.check_view if integrator.what == "view" else integrators.check_samples_are_finite]
     if integrator.what == "estimator" and integrator.srgb and integrator.needs_light:
         checks.append(integrators.check_sky_sun_and_emission)
     return checks

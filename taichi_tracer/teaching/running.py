@@ -5,12 +5,12 @@ methods of the handout that it may call come from the solution. So a wrong camer
 the points of the ray.
 """
 
-import contextlib
 import re
 import sys
 import traceback
 import types
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -272,11 +272,7 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
             subject = class_under_test(student, part, solution)
             right = vars(solution.classes.get(part.replaces, object)).get(part.method)
             checks.check_whole(part.name, method, subject, right)
-        with (
-            patch.object(ti, "random", next_number),  # the same submission has the same numbers on every run
-            without_the_packages(subject, part),
-            beside_the_solution(part, student, solution, files),
-        ):
+        with substitutes(subject, part, student, solution, files):
             arrays = part.run(subject, inputs)
         return PartResult(OK, arrays={name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:
@@ -285,41 +281,32 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
         return crash(error, student.folder)
 
 
-def without_the_packages(subject: Any, part: Part) -> contextlib.ExitStack:
-    """While a part runs, the package's own method of this name is an error: a student's must not call it instead.
+def substitutes(subject: Any, part: Part, student: Loaded, solution: Loaded, files: Mapping[str, str]) -> ExitStack:
+    """What stands in place of other functions and classes while a part runs.
 
-    This is a rule of the course and no wall, as everything that runs in the process of the submission.
+    The same submission has the same random numbers on every run. The package's own method of this name is an error: a
+    student's must not call it instead. This is a rule of the course and no wall, as everything that runs in the process
+    of the submission. In a notebook, the solution's classes stand in place of those that other cells define, so that a
+    wrong sampler does not cost the points of a renderer; in folders, ``load_submission`` sees to this.
+
+    Args:
+        files: class → file; a class of the same file as the class under test stays.
     """
-    name = f"{part.replaces}.{part.method}"
+    name, stack = f"{part.replaces}.{part.method}", ExitStack()
+    stack.enter_context(patch.object(ti, "random", next_number))
 
     @compile_time
     def refuse(*_arguments, **_named):
         raise InputError(f"{name} calls the package's own {part.method}, which it should replace")
 
-    stack = contextlib.ExitStack()
     for cls in subject.__mro__ if part.replaces else ():
         if cls.__module__.startswith("taichi_tracer.") and part.method in vars(cls):
             stack.enter_context(patch.object(cls, part.method, staticmethod(refuse)))
-    return stack
-
-
-def beside_the_solution(
-    part: Part, student: Loaded, solution: Loaded, files: Mapping[str, str]
-) -> contextlib.ExitStack:
-    """While a part runs, the solution's classes stand in a notebook in place of those that other cells define.
-
-    So a wrong sampler does not cost the points of a renderer. In folders, ``load_submission`` sees to this.
-
-    Args:
-        files: class → file; a class of the same file as the class under test stays.
-    """
-    cls, stack = student.classes.get(part.replaces), contextlib.ExitStack()
-    if cls is None or student.folder is not None:
-        return stack
     roles = {role: role for role in files} | {own.__name__: role for role, own in student.classes.items()}
-    for name, role in roles.items():
+    for word, role in roles.items() if part.replaces and student.folder is None else ():
         if role in solution.classes and files.get(role) != files.get(part.replaces):
-            stack.enter_context(patch.object(sys.modules[cls.__module__], name, solution.classes[role], create=True))
+            module = sys.modules[student.classes[part.replaces].__module__]
+            stack.enter_context(patch.object(module, word, solution.classes[role], create=True))
     return stack
 
 

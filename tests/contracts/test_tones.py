@@ -6,7 +6,7 @@ from support import start
 
 import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
-from taichi_tracer.contracts.views import check_tone
+from taichi_tracer.contracts.tones import check_tone
 from taichi_tracer.system.compile_time import compile_time
 
 

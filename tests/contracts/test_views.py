@@ -6,7 +6,7 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
-from taichi_tracer.contracts import views
+from taichi_tracer.contracts import integrators
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -72,9 +72,9 @@ BROKEN = {
 
 @every("integrator", is_view, alike=("triangle_id", "distance", "barycentric"))  # they share their code with another
 def test_view(part):
-    views.check_view(part)
+    integrators.check_view(part)
 
 
 @broken_parts(BROKEN)
 def test_broken_view_is_found(broken, reason):
-    check_fails(broken, views.check_view, reason)
+    check_fails(broken, integrators.check_view, reason)
