@@ -6,18 +6,34 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import taichi as ti
 from numpy.typing import ArrayLike
+from taichi.lang.struct import StructType
 
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system import runtime
 from taichi_tracer.system.compile_time import compile_time
-from taichi_tracer.system.errors import InputError, digits, digits_of
+from taichi_tracer.system.errors import InputError, check_names, digits, digits_of
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
 # had when this file was imported. Therefore the members take their scalar type from tm.vec3.
 real = tm.vec3.dtype
 
 
-@ti.dataclass
+class Struct(StructType):
+    """A ``ti.dataclass`` for which a wrong name of a member is an error; Taichi would leave this member out."""
+
+    def __call__(self, *members: Any, **named: Any) -> Any:
+        check_names(f"member of {self.__name__}", named, self.members)
+        return super().__call__(*members, **named)
+
+
+def struct(members: type) -> Any:
+    """The ``Struct`` of a class that names its members."""
+    made = compile_time(ti.dataclass(members))
+    made.__class__, made.__name__, made.__doc__ = Struct, members.__name__, members.__doc__
+    return made
+
+
+@struct
 class Ray:
     """r(t) = origin + t direction (A1-10). The direction may have any length except 0; t is in units of that length."""
 
@@ -34,7 +50,7 @@ class Ray:
         return self.origin + t * self.direction
 
 
-@ti.dataclass
+@struct
 class HitData:
     """What a ray hit (A1-12). If ``is_hit`` is 0, the distance is infinite, the ids are −1 and the vectors are 0.
 

@@ -1,6 +1,7 @@
 """Rays, hits of nothing, and the origin of a ray that leaves a surface."""
 
 import numpy as np
+import pytest
 import taichi as ti
 from oracles import light
 from probe import ask, put, vec3
@@ -18,6 +19,11 @@ def test_a_point_of_a_ray(precision, rng):
     rows = rng.normal(size=(100, 7)).astype(runtime.dtype()).astype(float)
     expected = rows[:, :3] + rows[:, 6:] * rows[:, 3:6]
     np.testing.assert_allclose(ask(_point, rows, 3), expected, atol=8 * runtime.epsilon())
+
+
+def test_a_wrong_name_of_a_member(f32):
+    with pytest.raises(TypeError, match="unknown member of Ray 'direcion': did you mean 'direction'"):
+        Ray(origin=0, direcion=1)
 
 
 @ti.func

@@ -79,6 +79,10 @@ WRONG = {
         view("return 0.5 * shade(hit.normal)", before=function("def shade(n):\n    c = abs(n)")),
         r"shade has no return with a value, and \S+:\d+ needs one",
     ),
+    "no such member": (
+        intersector("return tt.HitData(is_hit=1, dist=2.0)  # here"),
+        r"unknown member of HitData 'dist': did you mean 'distance'\?",
+    ),
     "bare return": (view("c = tm.vec3(1)", "return"), r"Mine.color has no return with a value"),
     "None is returned": (view("return None"), r"Mine.color has no return with a value"),
     "no argument": (view("return tm.vec3(1)", signature="color(self)"), r"called as Mine.color\(hit\), but it takes"),
