@@ -44,20 +44,20 @@ class Rows:
         Args:
             arrays: (n,) or (n, width); a single number or vector is that of every row.
         """
-        columns = [np.reshape(a, (-1, size)) for a, (_, size, _) in zip(arrays, self.arguments, strict=True)]
-        count = max(map(len, columns))
-        table = np.hstack([np.broadcast_to(column, (count, column.shape[1])) for column in columns])
-        found = [answer[:, 0].astype(np.float64) for answer in self.calls(table)]
+        found = [answer[:, 0].astype(np.float64) for answer in self.calls(arrays)]
         return found[0] if len(found) == 1 else found
 
-    def calls(self, table: np.ndarray, count: int = 1, first: int = 0) -> list[np.ndarray]:
-        """(n, count) or (n, count, width) answers of the function, called ``count`` times for each row of a table.
+    def calls(self, arrays: Sequence[Any], count: int = 1, numbers: range = range(0)) -> list[np.ndarray]:
+        """(n, count) or (n, count, width) answers of the function, called ``count`` times for each row.
 
         Args:
-            table: (n, k) the arguments side by side. first: the number of its first row.
+            arrays: as of ``__call__``. numbers: those of the rows, of a function without arguments.
         """
-        found = np.zeros((len(table), count, sum(size for _, size, _ in self.answers)), runtime.dtype())
-        self._run(first, np.ascontiguousarray(table, runtime.dtype()), found)
+        columns = [np.reshape(a, (-1, size)) for a, (_, size, _) in zip(arrays, self.arguments, strict=True)]
+        n = max(map(len, columns), default=len(numbers))
+        table = np.hstack([np.zeros((n, 0)), *(np.broadcast_to(column, (n, column.shape[1])) for column in columns)])
+        found = np.zeros((n, count, sum(size for _, size, _ in self.answers)), runtime.dtype())
+        self._run(numbers.start, np.ascontiguousarray(table, runtime.dtype()), found)
         return [found[..., at : at + size] if size > 1 else found[..., at] for at, size, _ in self.answers]
 
     @ti.kernel

@@ -15,7 +15,7 @@ import taichi as ti
 from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
 
 import taichi_tracer as tt
-from taichi_tracer.course.geometry import CourseGeometry, CourseLights, CourseScene, OfPackage, from_course
+from taichi_tracer.course.geometry import CourseGeometry, CourseLights, CourseScene, OfPackage, shifted
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.own_code.checks import check_method, check_parameters, fault, is_empty, tree_of, unwrap
@@ -228,13 +228,13 @@ def intersector_of(student: type) -> type:
 @ti.func
 def intersect_triangle(self, ray, triangle_id):
     """The student's answer for one triangle."""
-    return from_course(self.theirs.intersect_triangle(ray, triangle_id + 1))
+    return shifted(self.theirs.intersect_triangle(ray, triangle_id + 1), -1, tt.no_hit())
 
 
 @ti.func
 def query_ray(self, ray):
     """The student's nearest hit."""
-    return from_course(self.theirs.query_ray(ray))
+    return shifted(self.theirs.query_ray(ray), -1, tt.no_hit())
 
 
 def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:

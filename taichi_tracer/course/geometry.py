@@ -15,7 +15,7 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
-from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.ray import HitData
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.compile_time import element, inside_kernel
@@ -26,22 +26,15 @@ from taichi_tracer.system.parts import call_with_known_args
 
 
 @ti.func
-def from_course(hit):
-    """The package's HitData of a student's: triangles count from 0, and a miss has −1."""
-    found = no_hit()
+def shifted(hit, step, miss):
+    """A HitData whose triangle's id is greater by a step; or ``miss``.
+
+    The package's count from 0, and a student's from 1. A miss of a student's is all zeros: its material may be read.
+    """
+    found = miss
     if hit.is_hit:
         found = hit
-        found.triangle_id = hit.triangle_id - 1
-    return found
-
-
-@ti.func
-def to_course(hit):
-    """A HitData whose triangles count from 1; a miss is all zeros, so that students may read its material."""
-    found = HitData()
-    if hit.is_hit:
-        found = hit
-        found.triangle_id = hit.triangle_id + 1
+        found.triangle_id += step
     return found
 
 
@@ -81,12 +74,12 @@ class CourseRays:
     @ti.func
     def query_ray(self, ray):
         """The nearest hit."""
-        return to_course(self.package.query_segment(ray, 0.0, tm.inf))
+        return shifted(self.package.query_segment(ray, 0.0, tm.inf), 1, HitData())
 
     @ti.func
     def intersect_triangle(self, ray, triangle_id):
         """The hit on one triangle."""
-        return to_course(self.package.intersect_triangle(ray, triangle_id - 1))
+        return shifted(self.package.intersect_triangle(ray, triangle_id - 1), 1, HitData())
 
 
 class FromOne:

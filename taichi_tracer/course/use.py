@@ -45,8 +45,9 @@ class Course:
         self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}
         made = adapters.adapters_of(found.classes)
         self._members = {name: {k: v for k, v in vars(cls).items() if k not in LEFT} for name, cls in made.items()}
-        others = {f"{name}.{method}": why for name, cls in made.items() for method, why in cls.other_arguments.items()}
-        self.other_arguments = others
+        self.other_arguments = {
+            f"{name}.{k}": why for name, cls in made.items() for k, why in cls.other_arguments.items()
+        }
         self._assigned = contextlib.ExitStack()
         self._home = {name: f"{found.classes[name].__module__.rpartition('.')[2]}.py" for name in made}
         self.files = list(dict.fromkeys(self._home.values()))
@@ -54,8 +55,9 @@ class Course:
             reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(adapters.CLASSES)}"
             raise InputError(f"{folder}: nothing there can be used: {reasons}")
         self.apply()
-        not_done = [(name, unfinished(adapters.CLASSES[name])) for name in made]
-        self.unfinished = {f"{name}.{method}": why for name, found in not_done for method, why in found.items()}
+        self.unfinished = {
+            f"{name}.{method}": why for name in made for method, why in unfinished(adapters.CLASSES[name]).items()
+        }
         self.uses = []
         for name, members in self._members.items():
             methods = [f"{name}.{member}" for member in members if member in adapters.WRITTEN]
@@ -77,12 +79,10 @@ class Course:
         """Use the files, or only one of them."""
         for name, members in self._members.items():
             for member, value in members.items() if file in (None, self._home[name]) else ():
-                self._assign(adapters.CLASSES[name], member, value)
+                self._assigned.enter_context(patch.object(adapters.CLASSES[name], member, value, create=True))
         if "A3Renderer" not in self._members:  # it derives from A2Renderer, and its modes have other numbers
-            self._assign(tt.A3Renderer, "shade_ray", vars(ProgressiveRenderer)["shade_ray"])
-
-    def _assign(self, cls: Any, member: str, value: Any) -> None:
-        self._assigned.enter_context(patch.object(cls, member, value, create=True))
+            packages = vars(ProgressiveRenderer)["shade_ray"]
+            self._assigned.enter_context(patch.object(tt.A3Renderer, "shade_ray", packages, create=True))
 
     def undo(self) -> None:
         """Use the package's own methods again, for scenes and renderers that are made from now on."""

@@ -182,11 +182,13 @@ class Assignment:
 class JudgeOfRows:
     """A judge whose inputs are judged row by row.
 
-    Its subclasses have ``called``, what one input is called in messages, and ``members``: (answers, expected) → name of
-    an answer → (n,) bool, for which inputs it is right.
+    Attributes:
+        called: what one input is called in messages.
+        agrees: (inputs, answers, expected) → (n,) bool: the inputs all of whose answers are right.
     """
 
     called: str
+    agrees: Callable[..., np.ndarray]
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
@@ -201,10 +203,6 @@ class JudgeOfRows:
     def means_of(self, answers: Arrays) -> Arrays:
         """What a report shows of answers."""
         return answers
-
-    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
-        """(n,) bool: the inputs all of whose answers are right."""
-        return np.logical_and.reduce(list(self.members(answers, expected).values()))
 
     def earned(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> float:
         """The share of the points of answers that are not all right: see ``beyond_chance``."""
@@ -241,16 +239,16 @@ class Numbers(JudgeOfRows):
     only_where: str = ""
     called: str = "inputs"
 
-    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
-        """Name of an answer → (n,) bool: for which inputs it is right."""
-        found, count = {}, len(next(iter(expected.values())))
-        counts = np.asarray(expected[self.only_where]).reshape(count) != 0 if self.only_where else np.ones(count, bool)
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs all of whose answers are right."""
+        count = len(next(iter(expected.values())))
+        found = np.ones(count, bool)
+        counts = np.asarray(expected[self.only_where]).reshape(count) != 0 if self.only_where else found.copy()
         for name, right in expected.items():
             if np.shape(answers.get(name)) != np.shape(right):
-                found[name] = np.zeros(count, bool)
-            else:
-                same = self._same(np.asarray(answers[name]), np.asarray(right)).reshape(count, -1).all(axis=1)
-                found[name] = same if name == self.only_where else same | ~counts
+                return np.zeros(count, bool)
+            same = self._same(np.asarray(answers[name]), np.asarray(right)).reshape(count, -1).all(axis=1)
+            found &= same if name == self.only_where else same | ~counts
         return found
 
     def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -318,29 +316,24 @@ class Samples(JudgeOfRows):
     only_means: bool = False
     for_means: float = 0.0
 
-    def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
-        """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
-        found = {}
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs all of whose tests pass."""
+        found = np.ones(len(next(iter(expected.values()))), bool)
         for name, right in expected.items():
             if name in self.exact:
-                same = Numbers().members(answers, {name: right})[name]
-                found[name] = np.where(same, 0.0, np.inf)[:, None]
+                found &= Numbers().agrees(inputs, answers, {name: right})
             elif np.shape(answers.get(name)) != np.shape(right):
-                found[name] = np.full((len(right), 1), np.inf)
+                return np.zeros_like(found)
             else:
                 yours, own = np.asarray(answers[name], np.float64), np.asarray(right, np.float64)
+                means = slice(dimensions(right.shape[2]))
                 if self.only_means:
-                    yours, own = (one[:, :, : dimensions(right.shape[2])] for one in (yours, own))
-                found[name] = z_scores(yours, own)
-                means = slice(dimensions(right.shape[2]))  # those of squares vary too much with a few large samples
+                    yours, own = yours[:, :, means], own[:, :, means]
                 most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
                 noisy = ~(yours[:, 1] <= most) & ~(np.isnan(yours[:, 0]) & np.isnan(own[:, 0]))
-                found[name][:, means][noisy[:, means]] = np.inf
+                noisy = noisy[:, means].any(axis=1)  # errors of squares vary too much with a few large samples
+                found &= (abs(z_scores(yours, own)) <= LARGEST_Z).all(axis=1) & ~noisy
         return found
-
-    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
-        """Name of an answer → (n,) bool: for which inputs its tests pass."""
-        return {name: (abs(z) <= LARGEST_Z).all(axis=1) for name, z in self.scores(answers, expected).items()}
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""

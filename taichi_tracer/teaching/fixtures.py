@@ -71,11 +71,8 @@ def samples(
         Name → (n, count) or (n, count, width) array.
     """
     given = [inputs[name] for name in names]
-    sizes = [a.shape[1] if a.ndim > 1 else 1 for a in given]
-    widths = [size if a.dtype.kind == "f" else -size for a, size in zip(given, sizes, strict=True)]
-    number = len(given[0]) if given else len(numbers)
-    table = np.hstack([np.zeros((number, 0)), *(a.reshape(number, -1) for a in given)])
-    found = Rows(function, widths, list(answers.values()), begins).calls(table, count, numbers.start)
+    widths = [(1 if a.dtype.kind == "f" else -1) * (a.shape[1] if a.ndim > 1 else 1) for a in given]
+    found = Rows(function, widths, list(answers.values()), begins).calls(given, count, numbers)
     kinds = [np.int32 if width == WHOLE else np.float32 for width in answers.values()]
     return {name: array.astype(kind) for name, array, kind in zip(answers, found, kinds, strict=True)}
 

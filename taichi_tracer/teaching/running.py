@@ -107,7 +107,8 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     failed = {name: crashed[file] for name, file in graduate.items() if file in crashed and file not in files}
     classes = adapters.adapters_of(found.classes)
     own = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
-    errors = {file: reason for file, reason in crashed.items() if file in files} | missing
+    reasons = crashed | missing  # for each of the assignment's own files, some of which have other names
+    errors = {assignment.classes.get(name, file): reasons[file] for name, file in asked.items() if file in reasons}
     return Loaded(own, errors, found.folder, is_of_course=True, failed=failed)
 
 
