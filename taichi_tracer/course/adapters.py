@@ -15,6 +15,7 @@ import taichi as ti
 from taichi.lang.kernel_impl import _BoundedDifferentiableMethod
 
 import taichi_tracer as tt
+from taichi_tracer.course.files import bare
 from taichi_tracer.course.geometry import CourseGeometry, CourseLights, CourseScene, OfPackage, shifted
 from taichi_tracer.system.compile_time import compile_time
 from taichi_tracer.system.errors import InputError, OwnCodeError
@@ -174,7 +175,7 @@ def complete(made: Any, student: type, given: dict[str, Any]) -> None:
     """
     lacking = {name for name in names_read(student) if not hasattr(made, name)}
     if lacking:
-        constructed: Any = object_of(student)
+        constructed: Any = bare(student)
         with contextlib.suppress(Exception):
             constructed.__init__(**given)
         vars(made).update({k: v for k, v in vars(constructed).items() if k in lacking})
@@ -202,19 +203,12 @@ def fitted(method: Any) -> Any:
 # ── objects of the student's own class ──
 
 
-def object_of(student: type, **attributes: Any) -> Any:
-    """An object of a student's class with attributes, without its constructor."""
-    made = student.__new__(student)
-    vars(made).update(attributes)
-    return made
-
-
 def intersector_of(student: type) -> type:
     """An intersector that asks an object of the student's class."""
 
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
         BIND(self, geometry, triangle_test)
-        self.theirs = object_of(student, geometry=CourseGeometry(geometry))
+        self.theirs = bare(student, geometry=CourseGeometry(geometry))
         complete(self.theirs, student, CONSTRUCTED["RayIntersector"](self.theirs))
 
     own, others = own_members(student), other_arguments(student, tt.RayIntersector)
@@ -275,7 +269,7 @@ def renderer_of(student: type, base: type, classes: dict[str, type]) -> type:
 def shading_object(renderer: Any, student: type, classes: dict[str, type]) -> Any:
     """An object of a student's renderer class, whose ``shade_ray`` a renderer asks."""
     kind = type(student.__name__, (student, OfPackage), {})
-    theirs = object_of(kind, package=renderer, scene_data=scene_of(renderer.scene_data, classes))
+    theirs = bare(kind, package=renderer, scene_data=scene_of(renderer.scene_data, classes))
     given = {"width": int(renderer.width), "height": int(renderer.height), "scene_data": theirs.scene_data}
     complete(theirs, student, given)
     return theirs
@@ -290,7 +284,7 @@ def scene_of(scene: Any, classes: dict[str, type]) -> CourseScene:
         if student is None or not (set(own_members(student)) | names_read(student)) - set(dir(own)):
             continue
         kind = type(student.__name__, (type(own), student), {"__module__": student.__module__})
-        beside = object_of(kind, **vars(own))
+        beside = bare(kind, **vars(own))
         complete(beside, student, CONSTRUCTED[name](beside))
         setattr(made, part, beside)
     return made
@@ -309,11 +303,11 @@ def light_sampler_of(student: type) -> type:
     kind = type(student.__name__, (student, CourseLights), {})
 
     def theirs_of(self: Any) -> Any:
-        return vars(self).get("_theirs", object_of(kind, package=self))
+        return vars(self).get("_theirs", bare(kind, package=self))
 
     def set_geometry(self: Any, geometry: Any) -> None:
         library = getattr(self, "material_library", None)
-        theirs = object_of(kind, package=self, geometry=CourseGeometry(geometry), material_library=library)
+        theirs = bare(kind, package=self, geometry=CourseGeometry(geometry), material_library=library)
         complete(theirs, student, CONSTRUCTED["MeshLightSampler"](theirs))
         vars(self).update(_geometry=geometry, _theirs=theirs)
 

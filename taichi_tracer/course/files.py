@@ -122,6 +122,13 @@ def run_files(found: StudentFiles, names: Sequence[str]) -> StudentFiles:
     return found
 
 
+def bare(cls: Any, **attributes: Any) -> Any:
+    """An object of a student's class that was not constructed, with attributes that its methods need."""
+    made = cls.__new__(cls)
+    vars(made).update(attributes)
+    return made
+
+
 def find_folder(folder: str | Path) -> Path:
     """The folder with a student's files: itself, or ``taichi_tracer`` in it, or one folder deeper.
 

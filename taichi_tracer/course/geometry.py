@@ -139,9 +139,8 @@ class CourseScene(OfPackage):
         super().__init__(scene)
         self.geometry = CourseGeometry(scene.geometry)
         self.ray_intersector = CourseRays(scene.ray_intersector, self.geometry)
-        self.environment = scene.environment
-        if self.environment is None:
-            self.environment = Environment(np.zeros((1, 1, 3)), name="black")
+        given = scene.environment
+        self.environment = Environment(np.zeros((1, 1, 3)), name="black") if given is None else given
         nothing = {"geometry": self.geometry, "material_library": scene.material_library}
         self.mesh_light_sampler: Any = SimpleNamespace(has_emissive_triangles=False, **nothing)
         if scene.lamps.count > 0 and isinstance(scene.lamps.choice, MeshLightSampler):

@@ -60,9 +60,8 @@ class Course:
         }
         self.uses = []
         for name, members in self._members.items():
-            methods = [f"{name}.{member}" for member in members if member in adapters.WRITTEN]
-            methods = [method for method in methods if method not in self.unfinished]
-            if methods:
+            written = [f"{name}.{member}" for member in members if member in adapters.WRITTEN]
+            if methods := [method for method in written if method not in self.unfinished]:
                 self.uses.append(f"{self._home[name]}: {', '.join(methods)}")
 
     def notes(self) -> list[str]:

@@ -2,9 +2,9 @@
 
 A part is run where the student's code is, and judged where it is not. ``Part.run`` gets a class and arrays, and returns
 arrays. ``Part.judge`` compares these with the arrays that the solution gives on the same inputs, and needs numpy alone:
-number by number within a tolerance, by statistics, or as pictures. Every judge is an object that can be called as
-``Part.judge`` describes, and has ``agrees``: (inputs, answers, expected) → (n,) bool, one for each input that is judged
-by itself. The mistake finder asks ``agrees``, too.
+number by number within a tolerance, by statistics, or as pictures. The judge of a method can be called as ``judge``
+describes, and has ``agrees``: (inputs, answers, expected) → (n,) bool, one for each input that is judged by itself. The
+mistake finder asks ``agrees``, too.
 """
 
 import os
@@ -76,7 +76,7 @@ class Part:
         inputs: a numpy random generator → the inputs. An array that has as many rows as the answers belongs to them
             row by row; smaller arrays belong to all of them.
         run: (the class, inputs) → answers.
-        judge: (inputs, answers, expected answers) → PartResult. It has the method ``agrees`` too.
+        judge: (inputs, answers, expected answers) → PartResult. That of a method has ``agrees``, too.
         is_optional: whether it only counts if it is handed in: a part for graduate students.
     """
 
@@ -166,10 +166,6 @@ class Assignment:
             if part.name == name:
                 return part
         raise one_of("part", name, [part.name for part in self.parts])
-
-    def mistakes_of(self, part: Part) -> tuple[Mistake, ...]:
-        """The known mistakes of a part."""
-        return tuple(mistake for mistake in self.mistakes if mistake.part == part.name)
 
     def inputs(self, part: Part, seed: int) -> Arrays:
         """The inputs of a part: their random numbers differ between parts and between seeds."""
@@ -374,51 +370,36 @@ def z_scores(yours: np.ndarray, right: np.ndarray) -> np.ndarray:
     return z
 
 
-@dataclass(frozen=True)
-class Pictures:
-    """A picture is right if nearly all of its pixels are: edges between triangles may fall on either side.
+PIXEL_ROUNDING = 2e-3  # the largest error of a pixel that counts as rounding, relative to its size, or to 1
+ALLOWED = 0.01  # the share of the pixels that may differ: edges between triangles may fall on either side
 
-    Attributes:
-        tolerance: the largest error of a pixel that counts as rounding.
-        allowed: the share of the pixels that may differ.
+
+def compare_pictures(inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
+    """Right if at most ``ALLOWED`` of the pixels differ; both pictures and their difference in any case.
 
     In random pictures, which have "error" among the answers, pixels may differ by ``LARGEST_Z`` standard errors more.
     """
-
-    tolerance: float = 2e-3
-    allowed: float = 0.01
-
-    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
-        """(n,) bool: which pixels agree, row by row from the top."""
-        yours, right = answers.get("picture"), np.asarray(expected["picture"], np.float64)
-        if np.shape(yours) != right.shape:
-            return np.zeros(right.shape[0] * right.shape[1], bool)
-        yours = np.asarray(yours, np.float64)
-        largest = self.tolerance * np.maximum(1, abs(right))
-        if "error" in expected:
-            error = np.hypot(np.asarray(answers.get("error", 0), np.float64), np.asarray(expected["error"], np.float64))
-            largest = largest + LARGEST_Z * error
-        return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
-
-    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> PartResult:
-        """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
-        right, yours = np.asarray(expected["picture"], np.float64), answers.get("picture")
-        if np.shape(yours) != right.shape:
-            return PartResult(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
-        share = float(self.agrees(inputs, answers, expected).mean())
-        yours = np.asarray(yours, np.float64)
-        pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
-        if share >= 1 - self.allowed:
-            return PartResult(RIGHT, 1.0, "the picture is right", {}, pictures)
-        _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
-        chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
-        message = f"{(1 - share):.0%} of the pixels are wrong"
-        return PartResult(WRONG, beyond_chance(share, chance), message, {}, pictures)
+    right, yours = np.asarray(expected["picture"], np.float64), np.asarray(answers.get("picture"))
+    if yours.shape != right.shape:
+        return PartResult(WRONG, 0.0, f"the picture has the shape {yours.shape}, not {right.shape}")
+    yours = yours.astype(np.float64)
+    largest = PIXEL_ROUNDING * np.maximum(1, abs(right))
+    if "error" in expected:
+        errors = (np.asarray(found.get("error", 0), np.float64) for found in (answers, expected))
+        largest = largest + LARGEST_Z * np.hypot(*errors)
+    share = float((abs(yours - right) <= largest).all(axis=2).mean())
+    pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
+    if share >= 1 - ALLOWED:
+        return PartResult(RIGHT, 1.0, "the picture is right", {}, pictures)
+    _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
+    chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
+    message = f"{(1 - share):.0%} of the pixels are wrong"
+    return PartResult(WRONG, beyond_chance(share, chance), message, {}, pictures)
 
 
 def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:
     """The part of a picture that all of the student's classes make."""
-    return Part(f"picture: {view}", points, "the whole pipeline", "", inputs, run, Pictures())
+    return Part(f"picture: {view}", points, "the whole pipeline", "", inputs, run, compare_pictures)
 
 
 def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:

@@ -127,14 +127,14 @@ def find(
     if is_right.all():
         return []
     start = time.monotonic()
-    for mistake in assignment.mistakes_of(part):
+    for mistake in (one for one in assignment.mistakes if one.part == part.name):
         if time.monotonic() - start > seconds:
             break
         wrong = answers_of(assignment, part, mistake, seed)
         is_wrong = wrong is not None and not judge.agrees(inputs, wrong, expected).all()
         # Each is judged by the other: what is much noisier fits everything.
         if is_wrong and judge.agrees(inputs, answers, wrong).all() and judge.agrees(inputs, wrong, answers).all():
-            text = f"all {len(is_right)} {getattr(judge, 'called', 'inputs')} agree with: {mistake.name}"
+            text = f"all {len(is_right)} {judge.called} agree with: {mistake.name}"
             return [{"names": [mistake.name], "text": text, "hint": mistake.hint}]
     texts = describe(judge.means_of(answers), judge.means_of(expected), is_right)
     return [{"names": [], "text": text, "hint": ""} for text in texts]

@@ -12,6 +12,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
+from taichi_tracer.course.files import bare as bare
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.samplers.independent import IndependentSampler
@@ -118,13 +119,6 @@ def make_triangles(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray,
 def intersector(cls: type, inputs: Arrays) -> Any:
     """An intersector of the class under test, for the triangles of the inputs."""
     return cls(geometry(inputs))
-
-
-def bare(cls: type, **attributes: Any) -> Any:
-    """An object of the class under test that was not constructed, with attributes that its methods need."""
-    made = cls.__new__(cls)
-    made.__dict__.update(attributes)
-    return made
 
 
 def on_rows(

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, RIGHT, PartResult
+from taichi_tracer.teaching.base import CRASHED, DIGITS, MISSING, NOT_WRITTEN, RIGHT, PartResult
 
-DIGITS = 4  # of points that are handed on
 WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others

@@ -59,19 +59,6 @@ class Loaded:
     failed: dict[str, PartResult] = field(default_factory=dict)
     package: str = ""
 
-    def stubs(self) -> list[str]:
-        """The methods that are not written yet, such as "Camera.generate_ray"."""
-        return [f"{c}.{name}" for c, cls in self.classes.items() for name, value in vars(cls).items() if is_stub(value)]
-
-    def beside(self, part: Part) -> dict[str, object]:
-        """The methods of a solution that stand beside that of a part."""
-        return {
-            name: value
-            for name, value in vars(self.classes.get(part.replaces, object)).items()
-            if hasattr(unwrap(value), "__code__") and not is_stub(value)
-            if name != part.method and not name.startswith("__")
-        }
-
 
 def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     """The classes of a student's folder. Each file is run with the solution's version of the other files.
@@ -204,7 +191,12 @@ def class_under_test(student: Loaded, part: Part, solution: Loaded) -> type:
     cls = student.classes[part.replaces]
     if student.is_of_course:  # the other methods are the package's
         return import_quickly("taichi_tracer.course.adapters").alone(cls, part.method)
-    others = solution.beside(part)
+    others = {
+        name: value
+        for name, value in vars(solution.classes.get(part.replaces, object)).items()
+        if hasattr(unwrap(value), "__code__") and not is_stub(value)
+        if name != part.method and not name.startswith("__")
+    }
     return type(cls.__name__, (cls,), {**others, "__module__": cls.__module__}) if others else cls
 
 
@@ -252,7 +244,8 @@ def answer(assignment: Assignment, part: Part, student: Loaded, inputs: Arrays) 
             if student.errors:
                 return next(iter(student.errors.values()))
             optional = [one.name for one in assignment.parts if one.is_optional]
-            stubs = [name for name in student.stubs() if name not in optional]
+            methods = [(f"{role}.{k}", v) for role, cls in student.classes.items() for k, v in vars(cls).items()]
+            stubs = [name for name, value in methods if is_stub(value) and name not in optional]
             if stubs:
                 return PartResult(NOT_WRITTEN, message=f"it needs what is not written yet, such as {stubs[0]}")
             subject: Any = types.SimpleNamespace(**(solution.classes | (student.together or student.classes)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.teaching.base import Numbers, Pictures, Samples, statistics, z_scores
+from taichi_tracer.teaching.base import Numbers, Samples, compare_pictures, statistics, z_scores
 
 RNG = np.random.default_rng(7)
 
@@ -29,8 +29,8 @@ def test_a_picture_may_differ_at_a_few_edges():
     few, many = right["picture"].copy(), right["picture"].copy()
     few[0, :5] = 9
     many[:10] = 9
-    assert Pictures()({}, {"picture": few}, right).status == "right"
-    verdict = Pictures()({}, {"picture": many}, right)
+    assert compare_pictures({}, {"picture": few}, right).status == "right"
+    verdict = compare_pictures({}, {"picture": many}, right)
     assert (verdict.status, verdict.share) == ("wrong", pytest.approx(0.5, abs=2e-3))
     assert set(verdict.pictures) == {"yours", "right", "difference"}
 
@@ -39,8 +39,8 @@ def test_a_random_picture_may_differ_by_its_error():
     right = {"picture": np.full((8, 8, 3), 1.0), "error": np.full((8, 8, 3), 0.1)}
     near = {"picture": np.full((8, 8, 3), 1.3), "error": np.full((8, 8, 3), 0.1)}
     far = {"picture": np.full((8, 8, 3), 3.0), "error": np.full((8, 8, 3), 0.1)}
-    assert Pictures()({}, near, right).status == "right"
-    assert Pictures()({}, far, right).status == "wrong"
+    assert compare_pictures({}, near, right).status == "right"
+    assert compare_pictures({}, far, right).status == "wrong"
 
 
 def test_an_answer_that_is_always_the_same_earns_nothing():

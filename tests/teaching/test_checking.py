@@ -80,7 +80,7 @@ def test_every_mistake_is_found_under_its_own_name(part_name):
     part = assignment.part(part_name)
     right = expected(assignment, part, SEED)
     assert find(assignment, part, SEED, right, right) == []
-    for one in assignment.mistakes_of(part):
+    for one in (m for m in assignment.mistakes if m.part == part.name):
         wrong = answers_of(assignment, part, one, SEED)
         assert [finding["names"] for finding in find(assignment, part, SEED, wrong, right)] == [[one.name]]
 
@@ -89,7 +89,7 @@ def test_every_mistake_is_found_under_its_own_name(part_name):
 def test_a_method_has_few_known_mistakes_which_change_the_solution(name):
     assignment = catalogue.load(name)
     for part in assignment.parts:
-        known = assignment.mistakes_of(part)
+        known = [m for m in assignment.mistakes if m.part == part.name]
         assert len({changed_source(assignment, part, one) for one in known}) == len(known) <= MOST
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, joined
+from taichi_tracer.teaching.base import Assignment, Mistake, joined
 from taichi_tracer.teaching.catalogue import ANSWERS, SHIPPED
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
@@ -109,9 +109,7 @@ def seal(assignment: Assignment, folder: Path, seed: int) -> None:
     from taichi_tracer.teaching import checking, running  # which need this module
 
     runtime.ensure()
-    found: dict[str, Arrays] = {}
-    for i, part in enumerate(assignment.parts):
-        found[f"part {i}"] = running.expected(assignment, part, seed)
+    found = {f"part {i}": running.expected(assignment, part, seed) for i, part in enumerate(assignment.parts)}
     for i, mistake in enumerate(assignment.mistakes):
         found[f"mistake {i}"] = checking.answers_of(assignment, assignment.part(mistake.part), mistake, seed) or {}
     facts = {
