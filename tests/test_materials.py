@@ -12,8 +12,7 @@ import taichi_tracer as tt
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import Microfacet
-from taichi_tracer.brdfs.mirror import Mirror
-from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.brdfs.phong import Mirror, Phong
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import runtime

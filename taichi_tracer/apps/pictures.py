@@ -28,7 +28,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
-from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.lights.delta_lights import GivenLight
 from taichi_tracer.options import intersector_of
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.film import crop_pixels

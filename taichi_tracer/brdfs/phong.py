@@ -1,8 +1,8 @@
-"""Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4)."""
+"""Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4); and a mirror."""
 
 import taichi as ti
 
-from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.warps import power_cosine
@@ -12,6 +12,30 @@ from taichi_tracer.system.parts import overridable, register
 # scene means the same in f64. Its directions are finer, but one of 2⁴⁶ samples of a light would fall into such a lobe:
 # a path that finds lights only by such samples would show black instead of the mirrored lamp.
 MIRROR_FROM = 2.0**46
+
+
+@register
+@ti.data_oriented
+@overridable()
+class Mirror(DeltaBrdf):
+    """The limit of ``Phong`` for Ns → ∞, with its weight: f_r = Kd δ(ω_i − ω_r) (C-3)."""
+
+    name = "mirror"
+    needs = "a material with an Ns so large that it is a mirror"
+
+    def describes(self, material, dtype: type) -> bool:
+        """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
+        return material.Ns >= MIRROR_FROM and not material.is_rough
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        """ω_r."""
+        return mirrored(w_o, n)
+
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        """Kd max(n·ω_i, 0)."""
+        return material.Kd * ti.max(0.0, tm.dot(n, w_i))
 
 
 @register

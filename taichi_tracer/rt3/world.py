@@ -12,11 +12,8 @@ from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, resolve_instances
-from taichi_tracer.lights.ambient_light import AmbientLight
 from taichi_tracer.lights.base import Light
-from taichi_tracer.lights.directional_light import DirectionalLight
-from taichi_tracer.lights.point_light import PointLight
-from taichi_tracer.lights.spot_light import SpotLight
+from taichi_tracer.lights.delta_lights import AmbientLight, DirectionalLight, PointLight, SpotLight
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import joined, moved, reverse, similarities
 from taichi_tracer.rt3.elements import FLAGS, LONGEST_SHOWN, Element

@@ -12,11 +12,8 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import meshes_within
-from taichi_tracer.lights.ambient_light import AmbientLight
 from taichi_tracer.lights.base import Light
-from taichi_tracer.lights.directional_light import DirectionalLight
-from taichi_tracer.lights.point_light import PointLight
-from taichi_tracer.lights.spot_light import SpotLight
+from taichi_tracer.lights.delta_lights import AmbientLight, DirectionalLight, PointLight, SpotLight
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import with_common_materials
 from taichi_tracer.rt3.document import AGGREGATORS, INTEGRATORS, Document, FilmSettings, IntegratorSettings

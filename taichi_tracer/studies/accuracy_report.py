@@ -15,8 +15,8 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.page import COLOURS, FONT, GRID, INK
 from taichi_tracer.picture.error_estimate import percent
-from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.study import SURE_BIAS, TARGETS, Curve, Interval, Study, change
+from taichi_tracer.studies.tables import in_columns
 from taichi_tracer.studies.variants import is_path
 from taichi_tracer.tones.heat import heat
 

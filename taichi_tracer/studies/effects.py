@@ -18,8 +18,8 @@ from taichi_tracer.effects import Effects
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.columns import in_columns
 from taichi_tracer.studies.study import Interval
+from taichi_tracer.studies.tables import in_columns
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.errors import digits
 

@@ -19,7 +19,6 @@ from taichi_tracer.files import page
 from taichi_tracer.formulas.view import box_of
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.studies.columns import describe_machine, in_columns
 from taichi_tracer.studies.hard import light_cases, view_cases  # noqa: F401 (their cases)
 from taichi_tracer.studies.hard.case import (
     COUNTS,
@@ -60,6 +59,7 @@ from taichi_tracer.studies.hard.triangle_cases import (
     UnitTriangles,
     Windows,
 )
+from taichi_tracer.studies.tables import describe_machine, in_columns
 from taichi_tracer.system import runtime
 from taichi_tracer.system.parts import PARTS, replaced
 

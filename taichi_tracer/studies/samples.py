@@ -20,7 +20,7 @@ from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.columns import in_columns
+from taichi_tracer.studies.tables import in_columns
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import PARTS

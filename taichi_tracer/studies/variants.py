@@ -26,7 +26,7 @@ from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import ADAPTIVE_SAMPLER, DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.scene_data_loader import load_scene_data
-from taichi_tracer.studies.columns import describe_machine
+from taichi_tracer.studies.tables import describe_machine
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS, load_parts

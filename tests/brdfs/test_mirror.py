@@ -5,7 +5,7 @@ import pytest
 from oracles import light
 from probe import brdf_samples, brdf_values
 
-from taichi_tracer.brdfs.mirror import Mirror
+from taichi_tracer.brdfs.phong import Mirror
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 

@@ -3,7 +3,7 @@
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.lights.delta_lights import GivenLight
 from taichi_tracer.system.parts import PARTS
 
 pytestmark = pytest.mark.usefixtures("f32")

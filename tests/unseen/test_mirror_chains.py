@@ -4,8 +4,7 @@ import pytest
 
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.microfacet import Microfacet
-from taichi_tracer.brdfs.mirror import Mirror
-from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.brdfs.phong import Mirror, Phong
 from taichi_tracer.materials import Material
 from taichi_tracer.system.parts import PARTS
 from taichi_tracer.unseen.mirror_chains import may_be_narrow

@@ -117,7 +117,7 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
     check_single(args, len(paths) * max(1, len(request.settings.bounces)))
     note_linear(request.pictures[0].display, [path for files in paths for path in files])
     if args.profile:
-        from taichi_tracer.studies.profile import described
+        from taichi_tracer.studies.tables import profile
 
         watch = stopwatch.start(args.started)
     scene, before = load_scene(request, args.started)
@@ -147,7 +147,7 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
             write_sheet(shown, request.settings.bounces, files[-1], picture)
     if args.profile:
         stopwatch.stop()
-        print(described(watch, compiling.kernels(watch.started)), flush=True)
+        print("\n".join(profile(watch, compiling.kernels(watch.started))), flush=True)
     return 0
 
 

@@ -23,8 +23,7 @@ from taichi_tracer.contracts.statistics import LAST
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
-from taichi_tracer.lights.point_light import PointLight
-from taichi_tracer.lights.spot_light import SpotLight
+from taichi_tracer.lights.delta_lights import PointLight, SpotLight
 from taichi_tracer.materials import Material, Texture
 from taichi_tracer.options import brdfs_of
 from taichi_tracer.picture.film import Film

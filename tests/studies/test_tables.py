@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_tracer.studies.profile import described
+from taichi_tracer.studies.tables import profile
 from taichi_tracer.system.compiling import Kernel
 from taichi_tracer.system.stopwatch import IMPORTS, OTHER, SAMPLES, STAGES, Stopwatch
 
@@ -12,7 +12,7 @@ def test_the_text_has_every_row():
     watch.seconds = dict.fromkeys(STAGES, 0.0) | {IMPORTS: 2.0, SAMPLES: 7.0, OTHER: 1.0}
     watch._since = 10.0
     kernels = [Kernel("_take_samples", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
-    lines = described(watch, kernels).splitlines()
+    lines = profile(watch, kernels)
     assert sum(float(lines[k].rpartition(" s ")[0].split()[-1]) for k in range(len(STAGES))) == pytest.approx(10)
     assert "70.0 %" in lines[STAGES.index(SAMPLES)]
     assert "2 kernels, 1 of them translated anew (1.25 s)" in lines
