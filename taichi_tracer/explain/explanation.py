@@ -174,8 +174,6 @@ OF_ONE, AMBIENT, DIRECT, ARRIVES = (
 )
 NO_RAY = "no ray is sent: it could find no light"
 MIRROR = "a mirror or glass: light comes from single directions, where only f_r cos / pdf is finite"
-BEHIND = "the light comes from behind the surface"
-DARK = "f_r cos is 0 there, or the light comes from behind the triangle"
 APPLIED = "weight in reflected"  # what this method gave over the other factors
 SEEN, OWN = "what the eye ray sees", "the estimator's own direction"
 F_R, COS, PDF_BRDF, PDF_LIGHTS = "f_r", "cos θ", "BRDF's density per sr", "lights' density per sr"
@@ -265,7 +263,9 @@ class Vertex:
         elif np.max(light) <= 0:
             why = "the light is dark there"
         elif np.max(f_cos) <= 0:
-            why = MIRROR if self.surface["is_delta"] else BEHIND if numbers[COS] <= 0 else DARK
+            dark = "f_r cos is 0 there, or the light comes from behind the triangle"
+            dark = "the light comes from behind the surface" if numbers[COS] <= 0 else dark
+            why = MIRROR if self.surface["is_delta"] else dark
         factors = self.factors(weight, f_cos / pdf) | {L: np.zeros(3) if is_blocked else light}
         name = PDF_ONE if step.name == OF_ONE else PDF_LIGHTS
         return Term(self.number, step.name, numbers | {name: pdf}, factors, why)

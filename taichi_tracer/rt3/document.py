@@ -20,7 +20,7 @@ from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.film import crop_pixels
-from taichi_tracer.rt3.elements import FLAGS, LONGEST_SHOWN, Element, Elements
+from taichi_tracer.rt3.elements import FLAGS, LONGEST_SHOWN, Element, read_elements
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.parts import PARTS
@@ -136,7 +136,7 @@ def read_rt3(path: str | Path) -> Document:
     """
     path = Path(path)
     reader = _Reader(path)
-    reader.elements.read(path)
+    read_elements(path, reader.take, reader.notes.append)
     return reader.document()
 
 
@@ -145,7 +145,6 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self.path, self.notes = path, []
-        self.elements = Elements(self.take, self.notes.append)
         self.world: World | None = None
         self.began_at = self.ended_at = ""
         self.lookat: tuple[dict, str] | None = None

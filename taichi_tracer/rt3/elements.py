@@ -1,7 +1,7 @@
 """The elements of an XML document and of the documents that it includes, one after the other, with file and line.
 
-The parser is Python's expat, and its memory is bounded. A document type is refused before it is read. Therefore there
-are no entities, which could expand without limit or name other files and network addresses. An ``Element`` knows the
+The parser is Python's expat. A document type is refused before it is read. Therefore there are no entities, which could
+expand without limit or name other files and network addresses. An ``Element`` knows the
 values of its attributes: numbers, colours, names; and it notes the attributes that are unknown.
 """
 
@@ -18,7 +18,6 @@ from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.files.readers.text import number
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-MOST_BYTES = 1 << 26  # of a document with everything that it includes: larger meshes belong in their own files
 FLAGS = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
 LONGEST_SHOWN = 40  # characters of a wrong value that a message shows
 LARGEST_WHOLE = 1 << 30  # the largest whole number that an attribute may have; it fits into 32 bits
@@ -165,67 +164,50 @@ class Element:
                 self.note(f"{self.where}: {one_of(f'attribute of <{self.tag}>', name[:LONGEST_SHOWN], self.known)}")
 
 
-class Elements:
-    """Calls ``handle`` for every element except the roots. An ``include`` is replaced by the elements of its file.
+def read_elements(
+    path: Path, handle: Callable[[Element], None], note: Callable[[str], None], where: str = "", within: tuple = ()
+) -> None:
+    """Call ``handle`` for every element except the roots. An ``include`` is replaced by the elements of its file.
 
     Args:
         note: takes a line for the user.
+        where: the line that includes the document. within: the files that are being read; each one includes the next.
 
     Raises:
-        InputError: the file is not XML, or is too large; the message has file and line.
+        InputError: the file is not XML; the message has file and line.
     """
+    resolved = path.resolve()
+    if resolved in within:
+        chain = " -> ".join(p.name for p in [*within[within.index(resolved) :], resolved])
+        raise InputError(f"{where}: {path.name} includes itself: {chain}")
+    content, parser = read_bytes(path), expat.ParserCreate()
 
-    def __init__(self, handle: Callable[[Element], None], note: Callable[[str], None]) -> None:
-        self.handle, self.note, self.bytes = handle, note, 0
-        self.open: list[Path] = []  # the files that are being read; each one includes the next
+    def here() -> str:
+        """The file and the line that the parser has reached."""
+        return f"{path}:{parser.CurrentLineNumber}"
 
-    def read(self, path: Path, where: str = "") -> None:
-        """Read one document and everything that it includes."""
-        prefix = f"{where}: " if where else ""
-        resolved = path.resolve()
-        if resolved in self.open:
-            chain = " -> ".join(p.name for p in [*self.open[self.open.index(resolved) :], resolved])
-            raise InputError(f"{prefix}{path.name} includes itself: {chain}")
-        content = read_bytes(path)
-        self.bytes += len(content)
-        if self.bytes > MOST_BYTES:
-            raise InputError(
-                f"{prefix}{path}: the document is larger than {MOST_BYTES >> 20} MB: "
-                "put meshes into files of their own (.obj .ply) and name them by filename"
-            )
-        self.open.append(resolved)
-        self._parse(path, content)
-        self.open.pop()
+    def root(*_) -> None:
+        """The first element, which may have any name."""
+        parser.StartElementHandler = start
 
-    def _parse(self, path: Path, content: bytes) -> None:
-        parser = expat.ParserCreate()
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        """Handle an element within the root."""
+        element = Element(tag, attributes, here(), note)
+        if tag == "include":
+            read_elements(element.path("filename"), handle, note, element.where, (*within, resolved))
+        else:
+            handle(element)
+        element.note_unknown()
 
-        def where() -> str:
-            """The file and the line that the parser has reached."""
-            return f"{path}:{parser.CurrentLineNumber}"
+    def refuse(*_) -> None:
+        """Refuse a document type before it is read."""
+        raise InputError(f"{here()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
 
-        def root(*_) -> None:
-            """The first element, which may have any name."""
-            parser.StartElementHandler = start
-
-        def start(tag: str, attributes: dict[str, str]) -> None:
-            """Handle an element within the root."""
-            element = Element(tag, attributes, where(), self.note)
-            if tag == "include":
-                self.read(element.path("filename"), element.where)
-            else:
-                self.handle(element)
-            element.note_unknown()
-
-        def refuse(*_) -> None:
-            """Refuse a document type before it is read."""
-            raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
-
-        parser.StartElementHandler = root
-        parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
-        try:
-            parser.Parse(content, True)
-        except InputError:
-            raise
-        except (expat.ExpatError, ValueError, LookupError) as error:
-            raise InputError(f"{where()}: this is not well-formed XML: {error}") from None
+    parser.StartElementHandler = root
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(content, True)
+    except InputError:
+        raise
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise InputError(f"{here()}: this is not well-formed XML: {error}") from None

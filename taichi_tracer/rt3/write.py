@@ -17,18 +17,13 @@ from taichi_tracer.lights.delta_lights import AmbientLight, DirectionalLight, Po
 from taichi_tracer.materials import Material
 from taichi_tracer.meshes.parts import with_common_materials
 from taichi_tracer.rt3.document import AGGREGATORS, INTEGRATORS, Document, FilmSettings, IntegratorSettings
-from taichi_tracer.rt3.elements import MOST_BYTES
 from taichi_tracer.system.errors import InputError
 
 NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def as_rt3(document: Document, path: Path) -> str:
-    """The text of a document that will be written to ``path``. Names of other files are relative to its folder.
-
-    Raises:
-        InputError: the document exceeds the limits of ``read_rt3``.
-    """
+    """The text of a document that will be written to ``path``. Names of other files are relative to its folder."""
     world = []
     if document.intersector is not None:
         kinds = {name: kind for kind, name in AGGREGATORS.items()}
@@ -39,13 +34,7 @@ def as_rt3(document: Document, path: Path) -> str:
     for shot in document.shots:
         lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator), *world, ""]
         world = ["<render_again/>"]
-    text = "\n".join([*lines, "</RT3>", ""])
-    if len(text.encode()) > MOST_BYTES:
-        raise InputError(
-            f"{path}: the scene takes {len(text.encode()) >> 20} MB as RT3, and at most {MOST_BYTES >> 20} MB can be "
-            "read: name its mesh by filename instead"
-        )
-    return text
+    return "\n".join([*lines, "</RT3>", ""])
 
 
 def tag(name: str, /, **attributes) -> str:

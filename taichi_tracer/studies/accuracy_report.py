@@ -20,7 +20,6 @@ from taichi_tracer.studies.tables import in_columns
 from taichi_tracer.studies.variants import is_path
 from taichi_tracer.tones.heat import heat
 
-FILES = ("accuracy.html", "accuracy.csv", "accuracy.png")
 # Inches; where the labels of the curves stand; how many ticks of seconds there is room for.
 SHAPES = {"broad": ((11, 5.6), "outside right center", 11), "narrow": ((4.6, 5.4), "outside lower left", 3)}
 LETTERS = 34  # of a line of a label
@@ -300,6 +299,9 @@ def pictures(study: Study) -> str:
 
 
 def contents(study: Study) -> dict[str, bytes]:
-    """Name → content of ``FILES``."""
-    made = (as_html(study).encode(), as_csv(study).encode(), page.png_of(draw(study)))
-    return dict(zip(FILES, made, strict=True))
+    """Name → content of each file of a report."""
+    return {
+        "accuracy.html": as_html(study).encode(),
+        "accuracy.csv": as_csv(study).encode(),
+        "accuracy.png": page.png_of(draw(study)),
+    }

@@ -265,7 +265,6 @@ def run(
         SharedScene(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)
     ]
     rays = {case.name: case.gathered(max(FEWEST_RAYS, int(size.rays * case.rays_wanted))) for case in cases}
-    before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
     machine = ""
@@ -286,8 +285,6 @@ def run(
             rows.append(row)
             gc.collect()
             verdicts += found
-    if before is not None:
-        runtime.init(before.arch, before.precision, before.fast_math, force=True)
     return SuiteResult(level, machine, rows, verdicts)
 
 
@@ -333,7 +330,7 @@ def difference_from_brute_force(mode: RayMode, case: Case, on: CaseInScene, refe
 def long_run(case: Case, on: CaseInScene, count: int, findings: dict[str, float]) -> None:
     """Send many more rays to edges, in pieces, and add what they find to the findings."""
     for chunk in range(-(-count // CHUNK)):
-        rays = case.edge_rays(case.rng(2 + chunk), min(CHUNK, count - chunk * CHUNK))
+        rays = case.from_inside(case.rng(2 + chunk), min(CHUNK, count - chunk * CHUNK), vertices=False)
         hits = on.scene.intersect(rays.origins, rays.directions)
         findings["edge_leaks"] += int(case.leaks(on, rays, hits).sum())
         findings["edge_rays"] += len(rays)

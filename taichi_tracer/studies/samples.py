@@ -27,7 +27,6 @@ from taichi_tracer.system.parts import PARTS
 
 CHUNK = 1 << 20  # samples of one call of a kernel
 MAP_SIZE = 256, 128  # cells of a map of directions
-UNIFORM, IMPORTANCE = "uniform", "importance"
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,7 @@ def environment_counts(
     runtime.ensure()
     light = EnvironmentLight(environment, effects=None)  # only for directions, which depend on no effect of a scene
     light.prepare()
-    kinds = {UNIFORM: Rows(uniform_sphere, (2,), (3,)), IMPORTANCE: Rows(light.sample_direction, (2,), (3, 1))}
+    kinds = {"uniform": Rows(uniform_sphere, (2,), (3,)), "importance": Rows(light.sample_direction, (2,), (3, 1))}
     return [counted(name, take, count, size, seed) for name, take in kinds.items()]
 
 

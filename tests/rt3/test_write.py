@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from rt3_text import document, read
 
-from taichi_tracer.rt3 import write
 from taichi_tracer.rt3.write import as_rt3, tag
-from taichi_tracer.system.errors import InputError
 
 
 def test_what_is_written_is_read_again(tmp_path):
@@ -64,13 +62,6 @@ def test_names_tell_materials_apart(tmp_path):
     assert len({material.name for material in second.mesh.materials}) == 3
     assert [material.Kd for material in second.mesh.materials] == [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     assert second.mesh.sphere_materials.tolist() == [0, 1, 2]
-
-
-def test_what_would_not_be_read_again_is_not_written(tmp_path, monkeypatch):
-    found = read(tmp_path, document('<object type="sphere" radius="1"/>' * 3))
-    monkeypatch.setattr(write, "MOST_BYTES", 100)
-    with pytest.raises(InputError, match="name its mesh by filename instead"):
-        as_rt3(found, tmp_path / "again.xml")
 
 
 def test_layered_materials_stay_layered(tmp_path):

@@ -322,9 +322,12 @@ class CaseInScene:
         """t of every ray on one own triangle each, whatever lies before it; ∞ where it misses."""
         return self.met(rays.origins, rays.directions, ids + self.first)
 
-    def leave(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Origins of rays that leave own triangles."""
-        return self.left(ids + self.first, barycentrics, directions)
+    def self_hits(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> dict[str, int]:
+        """How many rays that leave own triangles meet them again; NaN is an origin that is no point."""
+        origins = self.left(ids + self.first, barycentrics, directions)
+        again = self.meet(CaseRays(origins, directions), ids)
+        no_origin = ~np.isfinite(origins).all(axis=1)
+        return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids), "nan": int(no_origin.sum())}
 
 
 def false_hits(on: CaseInScene, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:

@@ -24,12 +24,6 @@ SURELY_INSIDE = 0.05  # barycentric coordinates above it leave no doubt that the
 MOST_EXACT = 400  # rays whose t is computed in integers, which takes 0.1 ms each
 
 
-def steep(rng, n) -> np.ndarray:
-    """Random directions at more than 17 degrees to the planes with the unit normals ``n``."""
-    away = unit_rows(rng.normal(size=n.shape))
-    return np.where(np.abs((away * n).sum(axis=1, keepdims=True)) < 0.3, n, away)
-
-
 class DistanceCase(Case):
     """How far t is from the truth, on rays through the inside of triangles. Subclasses say which."""
 
@@ -47,7 +41,9 @@ class DistanceCase(Case):
 
         Here, rays meet the plane at more than 17 degrees.
         """
-        origin = as_f32(target + steep(rng, n) * 10.0 ** rng.uniform(*self.exponents, (len(n), 1)))
+        away = unit_rows(rng.normal(size=n.shape))
+        away = np.where(np.abs((away * n).sum(axis=1, keepdims=True)) < 0.3, n, away)
+        origin = as_f32(target + away * 10.0 ** rng.uniform(*self.exponents, (len(n), 1)))
         return origin, target - origin
 
     def mesh(self):
@@ -64,10 +60,9 @@ class DistanceCase(Case):
         n = unit_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         origins, directions = (as_f32(a) for a in self.aim(rng, corners, target, n))
         inside = np.flatnonzero(oracle.margin(origins, directions, corners) > SURELY_INSIDE)[:count]
-        origins, directions, ids = origins[inside], directions[inside], ids[inside]
-        position, t = oracle.exact_hit(origins, directions, corners[inside])
-        ahead = (position == 1) & (t > 0)
-        return CaseRays(origins[ahead], directions[ahead], known={"ids": ids[ahead], "t": t[ahead]})
+        rays = CaseRays(origins, directions, known={"ids": ids})[inside]
+        position, rays.known["t"] = oracle.exact_hit(rays.origins, rays.directions, corners[inside])
+        return rays[(position == 1) & (rays.known["t"] > 0)]
 
     def judge(self, on, rays, epsilon):
         """Every ray must hit; the finding is the relative error of t."""
@@ -200,8 +195,8 @@ class ClosedSphere(Case):
     coordinates the numbers have fewer digits left, and the pinholes become many.
     """
 
-    def __init__(self, name: str, stage: str, radius: float, centre, columns=16, rows=9, outside=True) -> None:
-        self.name, self.stage, self.radius, self.outside = name, stage, radius, outside
+    def __init__(self, name: str, stage: str, radius: float, centre, columns=16, rows=9) -> None:
+        self.name, self.stage, self.radius = name, stage, radius
         self.centre, self.columns, self.rows = np.asarray(centre, np.float64), columns, rows
 
     def mesh(self):
@@ -213,14 +208,7 @@ class ClosedSphere(Case):
 
     def rays(self, rng, count):
         """A part from inside and a part from outside, each at points on edges and at vertices."""
-        inside = self._from_inside(rng, count if not self.outside else count - count // 4)
-        if not self.outside:
-            return inside
-        return joined([inside, self._from_outside(rng, count // 4)])
-
-    def edge_rays(self, rng, count: int) -> CaseRays:
-        """Rays from inside, all at edges: for long runs."""
-        return self._from_inside(rng, count, vertices=False)
+        return joined([self.from_inside(rng, count - count // 4), self._from_outside(rng, count // 4)])
 
     def _targets(self, rng, count, vertices=True):
         edge = rng.integers(0, len(self.edges), count)
@@ -231,8 +219,8 @@ class ClosedSphere(Case):
         p, q = self.vertices[self.edges[edge, 0]], self.vertices[self.edges[edge, 1]]
         return is_vertex, p * (1 - share) + q * share
 
-    def _from_inside(self, rng, count, vertices=True):
-        """The origin lies between the centre and the target: two thirds of the way, and a little aside."""
+    def from_inside(self, rng, count: int, vertices=True) -> CaseRays:
+        """Rays at edges, and at ``vertices``, too: from two thirds of the way to the target, and a little aside."""
         is_vertex, target = self._targets(rng, count, vertices)
         aside = np.clip(rng.normal(size=(count, 3)), -2, 2) * 0.05 * self.radius
         origin = as_f32(self.centre + (target - self.centre) * rng.uniform(0.5, 0.8, (count, 1)) + aside)
@@ -254,9 +242,8 @@ class ClosedSphere(Case):
     def leaks(self, on: CaseInScene, rays: CaseRays, hits) -> np.ndarray:
         """From inside: no own triangle was met. From outside: none, or one on the far side."""
         ids = on.own(hits)
-        far_side = rays.known["is_outside"] & (ids >= 0)
         into = (self.normals[np.maximum(ids, 0)] * rays.directions).sum(axis=1) > 0
-        return (ids < 0) | (far_side & into)
+        return (ids < 0) | (rays.known["is_outside"] & into)
 
     def judge(self, on, rays, epsilon):
         """No leak; normals face the origin, and the flag says of which side."""
@@ -268,20 +255,19 @@ class ClosedSphere(Case):
         is_sure = found & (np.abs(along) > 1e-3 * length)
         wrong_side = is_sure & ((along > 0) != hits.is_backfacing)
         not_facing = is_sure & ((hits.geometric_normal * rays.directions).sum(axis=1) > 0)
-        findings = leaks_in(leaks, rays) | {
-            "false_hits": false_hits(on, rays, ids, epsilon),
-            "wrong": int(wrong_side.sum() + not_facing.sum()),
-            "nan": not_numbers(hits),
-        }
-        found &= hits.is_hit & np.isfinite(hits.distance)
-        return findings | self._self_hits(on, ids[found], hits.barycentric_coords[found])
-
-    def _self_hits(self, on, ids, barycentrics):
-        """Rays that start where others hit: x + 1e-6 n would be x itself in f32 from |x| ≥ 32 on."""
-        directions = self.rng(2).normal(size=(len(ids), 3))
-        origins = on.leave(ids, barycentrics, directions)
-        again = on.meet(CaseRays(origins, directions), ids)
-        return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids)}
+        found &= np.isfinite(hits.distance)
+        # Rays that start where others hit: x + 1e-6 n would be x itself in f32 from |x| ≥ 32 on.
+        leaving = self.rng(2).normal(size=(found.sum(), 3))
+        again = on.self_hits(ids[found], hits.barycentric_coords[found], leaving)
+        return (
+            leaks_in(leaks, rays)
+            | again
+            | {
+                "false_hits": false_hits(on, rays, ids, epsilon),
+                "wrong": int(wrong_side.sum() + not_facing.sum()),
+                "nan": not_numbers(hits) + again["nan"],
+            }
+        )
 
 
 def leaks_in(leaks: np.ndarray, rays: CaseRays) -> dict[str, int]:
@@ -307,17 +293,16 @@ class NestedSpheres(Case):
 
     def mesh(self):
         """A sphere of 64 triangles for every radius."""
-        self.shells = [ClosedSphere(f"r={r:g}", self.stage, r, (0, 0, 0), 8, 5, outside=False) for r in self.radii]
+        self.shells = [ClosedSphere(f"r={r:g}", self.stage, r, (0, 0, 0), 8, 5) for r in self.radii]
         meshes = [shell.build() for shell in self.shells]
         self.per_shell = len(meshes[0][1])
         return join(meshes)
 
     def rays(self, rng, count):
         """Rays from inside of each, outside of the next smaller one."""
-        parts = [shell.rays(rng, count // len(self.shells)) for shell in self.shells]
-        shell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+        parts = [shell.from_inside(rng, count // len(self.shells)) for shell in self.shells]
         rays = joined(parts)
-        rays.known["shell"] = shell
+        rays.known["shell"] = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
         return rays
 
     def judge(self, on, rays, epsilon):
@@ -366,11 +351,7 @@ class LeavingSurfaces(Case):
 
     def judge(self, on, rays, epsilon):
         """No ray meets the triangle that it leaves."""
-        ids = rays.known["ids"]
-        origins = on.leave(ids, rays.known["barycentrics"], rays.directions)
-        again = on.meet(CaseRays(origins, rays.directions), ids)
-        no_origin = ~np.isfinite(origins).all(axis=1)
-        return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids), "nan": int(no_origin.sum())}
+        return on.self_hits(rays.known["ids"], rays.known["barycentrics"], rays.directions)
 
 
 # ── lattices, boxes, damaged and crowded meshes, windows of t, and rays that are none ──
@@ -398,10 +379,10 @@ class Exact(Case):
     most = 600
     is_strict = True  # whether of the triangles at the same t it must be the first
 
-    def with_truth(self, rays: CaseRays) -> CaseRays:
-        """The rays, and what they meet."""
+    def with_truth(self, rays: CaseRays, candidates: slice = slice(None)) -> CaseRays:
+        """The rays, and what they meet; ``candidates`` are the triangles that they may meet."""
         rays = rays[: self.most]
-        ids, t = nearest_exactly(rays, self.vertices[self.faces])
+        ids, t = nearest_exactly(rays, self.vertices[self.faces[candidates]])
         rays.known = {"id": ids, "t": t}
         return rays
 
@@ -623,7 +604,7 @@ class IllegalRays(AboutASphere):
         }
 
 
-class Duplicates(Case):
+class Duplicates(Exact):
     """50,000 copies of one triangle.
 
     All centroids are the same: a tree that splits space in the middle never gets them apart, and recursion without an
@@ -640,13 +621,7 @@ class Duplicates(Case):
         """At the inside."""
         origins = as_f32(rng.uniform(-1, 1, (count, 3)) + [0, 0, 3])
         target = rng.dirichlet((2, 2, 2), count) @ self.vertices
-        return CaseRays(origins, as_f32(target - origins))
-
-    def judge(self, on, rays, epsilon):
-        """The first copy answers, always."""
-        hits = on.intersect(rays)
-        ids = on.own(hits)
-        return {"misses": int((ids < 0).sum()), "wrong": int((ids > 0).sum()), "nan": not_numbers(hits)}
+        return self.with_truth(CaseRays(origins, as_f32(target - origins)), slice(1))  # the first copy answers, always
 
 
 class OneCentroid(Case):

@@ -229,19 +229,14 @@ def many_sizes(found, epsilon):
             where += [(distance, -distance / 3, step), (-distance, 0, step + 9 * scale * (1 + shear))]
         scene = shared(ball, np.array(linear), np.array(where))
         for number, (matrix, place) in enumerate(zip(linear, where, strict=True)):
-            hit_from_within(found, scene, number, matrix, np.float32(place).astype(float), ball, rng, epsilon)
-
-
-def hit_from_within(found, scene, number, matrix, origin, ball, rng, epsilon) -> None:
-    """Count the rays from the middle of a place that do not hit it."""
-    if 1e3 * epsilon * np.abs(origin).max() >= np.linalg.svd(matrix)[1].min():
-        return  # the middle may round to a point outside
-    targets = ball.vertices[rng.integers(0, len(ball.vertices), RAYS)]
-    targets[::2] = rng.normal(size=targets[::2].shape)
-    hits = scene.intersect(np.tile(origin, (RAYS, 1)), targets @ matrix.T)
-    lengths = np.linalg.norm(hits.normal.astype(np.float64), axis=1)
-    is_own = hits.triangle_id // len(ball.faces) == number
-    found.add(~is_own | (np.abs(lengths - 1) > 1e-5), int(np.isnan(hits.distance).sum()))
+            origin = np.float32(place).astype(float)
+            if 1e3 * epsilon * np.abs(origin).max() < np.linalg.svd(matrix)[1].min():  # else it may lie outside
+                targets = vertices[rng.integers(0, len(vertices), RAYS)]
+                targets[::2] = rng.normal(size=targets[::2].shape)
+                hits = scene.intersect(np.tile(origin, (RAYS, 1)), targets @ matrix.T)
+                lengths = np.linalg.norm(hits.normal.astype(np.float64), axis=1)
+                is_own = hits.triangle_id // len(faces) == number
+                found.add(~is_own | (np.abs(lengths - 1) > 1e-5), int(np.isnan(hits.distance).sum()))
 
 
 @renderer_case("places: scaled to 0, to 1e-30, into a plane")
