@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files import EXTENSIONS, read
-from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
 from taichi_tracer.files.disk import scene_data_dir
-from taichi_tracer.files.meshes import from_trimesh
+from taichi_tracer.files.meshes import from_trimesh, mesh_from_arrays, with_appearance
 from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
 from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.instances import view_of_mesh

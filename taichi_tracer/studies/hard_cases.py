@@ -265,6 +265,7 @@ def run(
         SharedScene(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)
     ]
     rays = {case.name: case.gathered(max(FEWEST_RAYS, int(size.rays * case.rays_wanted))) for case in cases}
+    before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
     machine = ""
@@ -285,6 +286,8 @@ def run(
             rows.append(row)
             gc.collect()
             verdicts += found
+    if before is not None:
+        runtime.init(before.arch, before.precision, before.fast_math, force=True)
     return SuiteResult(level, machine, rows, verdicts)
 
 

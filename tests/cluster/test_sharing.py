@@ -15,7 +15,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.cluster import sharing
-from taichi_tracer.files.checkpoint import read_checkpoint
+from taichi_tracer.picture.checkpoint import read_checkpoint
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow

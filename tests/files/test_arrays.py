@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapes import SQUARE
 
-from taichi_tracer.files.arrays import mesh_from_arrays, with_appearance
+from taichi_tracer.files.meshes import mesh_from_arrays, with_appearance
 from taichi_tracer.geometry import check
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError

@@ -5,10 +5,17 @@ from pathlib import Path
 
 from taichi_tracer.apps.commands.render import note_linear
 from taichi_tracer.apps.console import Parser, note
-from taichi_tracer.files.checkpoint import EXTENSION, check_same, joined, read_checkpoint, show_ranges, write_checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import check_writable, save_image
-from taichi_tracer.picture.checkpoint import SHARES
+from taichi_tracer.picture.checkpoint import (
+    EXTENSION,
+    SHARES,
+    check_same,
+    joined,
+    read_checkpoint,
+    show_ranges,
+    write_checkpoint,
+)
 from taichi_tracer.picture.film import Film
 from taichi_tracer.settings import ADVICE, DISPLAY, add_options
 from taichi_tracer.system import runtime

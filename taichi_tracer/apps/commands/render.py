@@ -15,11 +15,11 @@ from taichi_tracer.apps.console import CLUSTER, PICTURE_FOLDER, Parser, add_clus
 from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import Picture, Request, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
-from taichi_tracer.files.checkpoint import EXTENSION
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, check_writable, encode_png, save_image
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_terms, in_words
 from taichi_tracer.picture.aovs import channel_names, find_aovs
+from taichi_tracer.picture.checkpoint import EXTENSION
 from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Target

@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.contracts.lab import WHOLE, Rows, bound
-from taichi_tracer.files.arrays import mesh_from_arrays
+from taichi_tracer.files.meshes import mesh_from_arrays
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.triangles import stable_normal, unit
 from taichi_tracer.ray import Ray, RayHits, offset_origin

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.files import checkpoint
+from taichi_tracer.picture import checkpoint
 
 
 def test_what_is_written_is_read(tmp_path, rng):
