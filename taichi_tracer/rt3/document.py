@@ -41,7 +41,6 @@ SYNONYMS = {
     "scaling": "scale",
 }
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
-SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
 AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
 WORLD = {
     **dict.fromkeys(("translate", "scale", "rotate", "matrix", "identity"), World.transform),
@@ -58,7 +57,10 @@ WORLD = {
     "object_instance_end": World.end_instance,
     "object_instance_call": World.call_instance,
 }
-TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
+TAGS = (
+    *("lookat", "camera", "film", "integrator", "background", "aggregator"),
+    *("world_begin", "world_end", "render_again", "include", *WORLD),
+)
 
 
 @dataclass(frozen=True)
@@ -256,8 +258,6 @@ class _Reader:
             return
         self.result.environment = path
         options = {"intensity": element.number("intensity"), "rotation": element.number("rotation")}
-        if options["intensity"] is not None and options["intensity"] < 0:
-            raise element.wrong("intensity", "a number of at least 0")
         self.result.environment_options = {k: v for k, v in options.items() if v is not None}
 
     def take_aggregator(self, element: Element) -> None:

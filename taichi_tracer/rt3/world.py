@@ -271,9 +271,6 @@ class World:
 
     def call_instance(self, element: Element) -> None:
         """Put an instance into the current transform, which is applied after those within it."""
-        name = element.text(element.need("name"))
-        if self.current is not self.contents and name == self.current.name:
-            raise element.error(f"an instance contains itself: {name[:LONGEST_SHOWN]} → {name[:LONGEST_SHOWN]}")
         self.current.calls.append((element.choice("name", of=self.instances), self.ctm))
 
     def add_light(self, element: Element) -> None:

@@ -242,25 +242,15 @@ def modes_of(level: str, arch: str = "auto") -> list[RayMode]:
     return [mode for mode in modes if size.is_whole or mode.precision == "f32" or not mode.tries_everything]
 
 
-def run(
-    level: str = "default",
-    cases: list[Case] | None = None,
-    modes: list[RayMode] | None = None,
-    renderer: bool = True,
-    progress: Callable[[str], None] = lambda what: None,
-    arch: str = "auto",
-) -> SuiteResult:
+def run(level: str = "default", progress: Callable[[str], None] = lambda what: None, arch: str = "auto") -> SuiteResult:
     """Run the suite. Starts Taichi several times: scenes made before become unusable.
 
     Args:
         level: "quick", "default" or "full".
-        cases: None is all. modes: None is those of the level.
-        renderer: whether to try camera, environment, BRDFs, film and furnace, too.
         progress: called with what is done next.
         arch: which backend, as for ``runtime.init``.
     """
-    size = LEVELS[level]
-    cases = all_cases() if cases is None else cases
+    size, cases = LEVELS[level], all_cases()
     stages = [
         SharedScene(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)
     ]
@@ -271,16 +261,15 @@ def run(
     machine = ""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of what cannot be hit, and of lamps that do not shine
-        for mode in modes_of(level, arch) if modes is None else modes:
+        for mode in modes_of(level, arch):
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
                 runtime.init(arch, mode.precision, mode.fast_math, force=True)
                 # The first start is in f32: a GPU without f64 leaves that to the CPU.
                 started, machine = start, machine or describe_machine()
-                if renderer:
-                    progress("renderer")
-                    verdicts += renderer_verdicts(mode, level)
+                progress("renderer")
+                verdicts += renderer_verdicts(mode, level)
             progress(str(mode))
             row, found = run_mode(mode, size, stages, rays, references)
             rows.append(row)

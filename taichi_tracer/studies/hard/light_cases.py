@@ -22,6 +22,7 @@ from taichi_tracer.contracts.lab import separate, sphere
 from taichi_tracer.contracts.statistics import LAST
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.instances import group
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.lights.delta_lights import PointLight, SpotLight
 from taichi_tracer.materials import Material, Texture
@@ -61,9 +62,7 @@ def lamp(radiance: float = 1.0, **values) -> Material:
 
 def mesh_of(parts, materials) -> Mesh:
     """A ``Mesh`` of several (vertices, faces), part i of material i."""
-    vertices, faces = join(parts)
-    owners = np.repeat(np.arange(len(parts)), [len(f) for _, f in parts]).astype(np.int32)
-    return Mesh(vertices=vertices, faces=faces, face_materials=owners, materials=list(materials))
+    return group([Mesh(*part, materials=[material]) for part, material in zip(parts, materials, strict=True)])
 
 
 def quad(*corners) -> tuple[np.ndarray, np.ndarray]:
