@@ -11,8 +11,8 @@ from typing import Any
 
 import taichi as ti
 
+from taichi_tracer.brdfs.base import HandoutBrdf
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF  # as the handout names it
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas import vector_math as tm

@@ -18,8 +18,7 @@ from typing import Any
 
 import taichi as ti
 
-from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
-from taichi_tracer.brdfs.handout import HandoutBrdf
+from taichi_tracer.brdfs.base import Brdf, DeltaBrdf, HandoutBrdf
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -594,13 +594,11 @@ def lines_of(steps: list[Step], depth: int) -> list[str]:
 def grouped(steps: list[Step]) -> list[Step]:
     """The steps without the last of many that are alike, whose number stands instead."""
     shown: list[Step] = []
-    run = 0
-    for i, step in enumerate(steps):
-        run = run + 1 if i > 0 and steps[i - 1].name == step.name else 1
-        if run <= MOST_ALIKE or step.verdict.startswith("hit"):
-            shown.append(step)
-        elif i + 1 == len(steps) or steps[i + 1].name != step.name:
-            shown.append(Step(f"… {run - MOST_ALIKE} more like these"))
+    for _, alike in groupby(steps, lambda step: step.name):
+        run = list(alike)
+        hits = [step for step in run[MOST_ALIKE:] if step.verdict.startswith("hit")]
+        left = len(run) - MOST_ALIKE - len(hits)
+        shown += [*run[:MOST_ALIKE], *hits, *([Step(f"… {left} more like these")] if left > 0 else [])]
     return shown
 
 

@@ -27,7 +27,6 @@ from taichi_tracer.tones.heat import HEAT, Scale, round_up
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-USUALLY_MEASURED: str = OPTIONS["map_of"].usual  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
 COVERED = 99.5  # percent of the pixels that the automatic scale covers
 
@@ -56,7 +55,7 @@ class MapRenderer(PathValues, ProgressiveRenderer):
         width: int = 512,
         height: int = 512,
         *,
-        of: str = USUALLY_MEASURED,
+        of: str = OPTIONS["map_of"].usual,
         **options: "Unpack[RendererOptions]",
     ) -> None:
         self._chosen_display: Display | None = None

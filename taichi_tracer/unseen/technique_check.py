@@ -28,8 +28,8 @@ import taichi as ti
 
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.integrators.direct_light import light_along, sample_of_lights
-from taichi_tracer.system.parts import unfinished
-from taichi_tracer.unseen.mirror_chains import has_narrow_lobes
+from taichi_tracer.materials import Material
+from taichi_tracer.system.parts import PARTS, replaced, unfinished
 from taichi_tracer.unseen.rare_light import KNOWN, expected, rows_of
 from taichi_tracer.unseen.small_suns import Sun
 
@@ -38,6 +38,29 @@ MOST_TILES = 128  # pixels along each side that are looked at; of larger picture
 SAFETY = 1.2  # times the light: the tiles and the few samples of a pixel make it rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
+# From these on, a lobe has less than about 1/200 of all directions: for the power of a cosine, (1/4π) · 2π/(Ns + 1).
+NARROW_FROM, NARROW_BELOW = 100, 0.1
+
+
+def may_be_narrow(brdf: Any, material: Material) -> bool:
+    """Whether a BRDF may have a narrow lobe; of those that do not come with the package, nothing is known."""
+    if brdf.is_delta:
+        return False
+    if material.map_layer or replaced(brdf) or not PARTS.comes_with_package(brdf):
+        return True
+    if material.is_rough:
+        return min(material.alpha_x, material.alpha_y) < NARROW_BELOW
+    return material.Ns >= NARROW_FROM
+
+
+def has_narrow_lobes(scene: Any) -> bool:
+    """Whether a material of a scene, a ``SceneInKernels``, may have a narrow lobe that is no mirror's."""
+    library, microfacets = scene.material_library, scene.microfacets
+    used = map(int, scene.geometry.mesh.used_materials())
+    return any(
+        may_be_narrow(library.brdfs[library.brdf_of[microfacets][i]], library.materials[i].modelled(microfacets))
+        for i in used
+    )
 
 
 def other_techniques(scene, integrator, pixels: int, suns: list[Sun]) -> tuple[str, ...]:

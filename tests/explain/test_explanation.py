@@ -13,7 +13,7 @@ def test_many_alike_are_told_by_their_number_but_hits_are_shown():
     steps[15].verdict = "hit at t = 1"
     shown = grouped(steps)
     assert [s.values["k"] for s in shown[:13]] == [*range(12), 15]
-    assert [s.name for s in shown[13:]] == ["… 8 more like these", "y"]
+    assert [s.name for s in shown[13:]] == ["… 7 more like these", "y"]
 
 
 def explanation(**more):

@@ -7,7 +7,7 @@ from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.phong import Mirror, Phong
 from taichi_tracer.materials import Material
 from taichi_tracer.system.parts import PARTS
-from taichi_tracer.unseen.mirror_chains import may_be_narrow
+from taichi_tracer.unseen.technique_check import may_be_narrow
 
 
 class Own(Diffuse):
