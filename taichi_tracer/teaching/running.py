@@ -109,9 +109,9 @@ def load_classes(folder: str | Path, names: Sequence[str], others: Loaded | None
 
     def module_of(own: Any, name: str, level: int) -> str:
         """The module of a file that another file imports."""
-        if level == 0 and f"{name}.py" not in names and others and others.folder:
-            if (others.folder / f"{name}.py").is_file():
-                return f"{others.package}.{name}"
+        file = f"{name}.py"
+        if level == 0 and file not in names and others and others.folder and (others.folder / file).is_file():
+            return f"{others.package}.{name}"
         is_own = level > 0 or (own.folder / f"{name}.py").is_file()
         return f"{own.package}.{name}" if is_own else name
 
