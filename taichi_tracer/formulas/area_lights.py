@@ -40,7 +40,7 @@ def uniform_spherical_triangle(a, b, c, omega, xi):
     and ξ₂ chooses a point of the arc between b and c'. α is the angle at a.
     """
     n_ab, n_ac = tm.normalize(tm.cross(a, b)), tm.normalize(tm.cross(a, c))
-    cos_α, sin_α = tm.dot(n_ab, n_ac), tm.cross(n_ab, n_ac).norm()
+    cos_α, sin_α = tm.dot(n_ab, n_ac), tm.length(tm.cross(n_ab, n_ac))
     s, t = ti.sin(xi.x * omega), ti.cos(xi.x * omega)
     s, t = s * cos_α - t * sin_α, t * cos_α + s * sin_α  # sine and cosine of ξ₁ Ω − α
     u, v = t - cos_α, s + sin_α * tm.dot(a, b)
@@ -48,7 +48,7 @@ def uniform_spherical_triangle(a, b, c, omega, xi):
     c_hat = q * a + ti.sqrt(1 - q * q) * tm.normalize(c - tm.dot(c, a) * a)
     z = 1 - xi.y * (1 - tm.dot(c_hat, b))
     towards = c_hat - tm.dot(c_hat, b) * b
-    return z * b + ti.sqrt(ti.max(0.0, 1 - z * z)) * towards / ti.max(towards.norm(), ti.static(runtime.smallest()))
+    return z * b + ti.sqrt(ti.max(0.0, 1 - z * z)) * towards / ti.max(tm.length(towards), ti.static(runtime.smallest()))
 
 
 @ti.func

@@ -179,7 +179,7 @@ class SpotLight(GivenLight):
         w_i, r = towards(x, tm.vec3(self.position))
         axis = tm.vec3(self._axis)
         # The tangent is accurate near 0 and 180 degrees, too (Kahan 2006).
-        theta = tm.degrees(ti.atan2(tm.cross(axis, -w_i).norm(), tm.dot(axis, -w_i)))
+        theta = tm.degrees(ti.atan2(tm.length(tm.cross(axis, -w_i)), tm.dot(axis, -w_i)))
         edge = ti.max(0.0, (self.cutoff - theta) / (self.cutoff - self.falloff))
         s = ti.select(theta <= self.falloff, 1.0, edge)
         return w_i, r, s * (tm.vec3(self.intensity) / fall(tm.vec3(self.attenuation), r)), 1.0

@@ -56,7 +56,7 @@ class MeshLightSampler(LampChoice):
     @ti.func
     def compute_triangle_area(v0, v1, v2):
         """|(v1 − v0) × (v2 − v0)| / 2."""
-        return tm.cross(v1 - v0, v2 - v0).norm() / 2
+        return tm.length(tm.cross(v1 - v0, v2 - v0)) / 2
 
     @ti.kernel
     def compute_cdf(self):
