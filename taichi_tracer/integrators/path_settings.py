@@ -157,16 +157,5 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
             raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")
         for bounce in range(first, (max_bounces if last is None else last) + 1):
             if bounce in owners:
-                raise InputError(
-                    f"bounces {owners[bounce]} and {name} both count the light after {in_words((bounce, bounce))}: "
-                    "name each number once"
-                )
+                raise InputError(f"bounces {owners[bounce]} and {name} both count {bounce}: name each number once")
             owners[bounce] = name
-
-
-def in_words(bounces: Bounces) -> str:
-    """(first, last) as words: "1 bounce", "1 to 3 bounces", or "4 or more bounces"."""
-    first, last = bounces
-    if first == last:
-        return "1 bounce" if first == 1 else f"{first} bounces"
-    return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"

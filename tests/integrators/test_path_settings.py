@@ -6,7 +6,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.contracts.lab import WHOLE, Rows
 from taichi_tracer.integrators.base import Control
-from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms, in_words
+from taichi_tracer.integrators.path_settings import MOST_BOUNCES, MOST_SURVIVAL, PathSettings, check_terms
 from taichi_tracer.settings import name_of_bounces
 
 
@@ -19,14 +19,13 @@ def settings():
 def test_bounces_are_named_as_the_command_line_takes_them():
     terms = ((0, 0), (1, 1), (1, 3), (4, None))
     assert [name_of_bounces(one) for one in terms] == ["0", "1", "1-3", "4+"]
-    assert [in_words(one) for one in terms] == ["0 bounces", "1 bounce", "1 to 3 bounces", "4 or more bounces"]
 
 
 @pytest.mark.parametrize(
     ("terms", "told"),
     [
-        ([(0, 0), (0, 2)], "bounces 0 and 0-2 both count the light after 0 bounces"),
-        ([(3, None), (5, 5)], r"bounces 3\+ and 5 both count the light after 5 bounces"),
+        ([(0, 0), (0, 2)], "bounces 0 and 0-2 both count 0"),
+        ([(3, None), (5, 5)], r"bounces 3\+ and 5 both count 5"),
         ([(7, 7)], "bounces 7: paths make at most 5 bounces: give a larger max_bounces"),
     ],
 )

@@ -46,7 +46,7 @@ def box():
 def test_pictures_by_bounce_refuse_what_cannot_be_added_up(box):
     renderer = tt.A4Renderer(box, 8, 8)
     for bounces, told in (
-        ([0, (0, 1)], "both count the light after 0"),
+        ([0, (0, 1)], "both count 0"),
         ([6], "at most 5 bounces"),
         (["1"], "must be"),
     ):

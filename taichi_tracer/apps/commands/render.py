@@ -17,7 +17,7 @@ from taichi_tracer.apps.pictures import Picture, Request, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, check_writable, encode_png, save_image
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_terms, in_words
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_terms
 from taichi_tracer.picture.aovs import channel_names, find_aovs
 from taichi_tracer.picture.checkpoint import EXTENSION
 from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
@@ -193,7 +193,7 @@ def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path
     """Write pictures by bounce and their sum side by side, all with the same exposure."""
     sheet = np.hstack([*images, sum(images)])
     place = written_bytes(path, encode_png(sheet, picture.is_encoded, picture.display))
-    print(f"{place}: {', '.join(map(in_words, bounces))}, sum", flush=True)
+    print(f"{place}: bounces {', '.join(map(name_of_bounces, bounces))}, and their sum", flush=True)
 
 
 def make_picture(
