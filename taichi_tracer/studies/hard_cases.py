@@ -147,7 +147,6 @@ PLAIN = "bvh"  # a hierarchy that is built in Python, triangle by triangle
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000  # a run of so many takes about 10 ms
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
-TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
 LONG_CASE = "closed sphere at 0"
 RENDERER = "renderer f32"  # the mode of cases of the rest of the renderer, with the default start of Taichi
@@ -289,18 +288,17 @@ def run_mode(
         if not size.covers(stage.name, mode):
             continue
         placed = stage.build(mode)
-        few = size.tests // stage.num_triangles // TIMED_SHARE if mode.tries_everything else TIMED_RAYS
+        few = max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles)  # of each case
+        most = few if mode.tries_everything else None
         for case in stage.cases:
-            on, sent = placed[case.name], rays[case.name]
-            if mode.tries_everything:
-                sent = sent[: max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles)]
+            on, sent = placed[case.name], rays[case.name][:most]
             findings = case.judge(on, sent, mode.epsilon)
             findings |= difference_from_brute_force(mode, case, on, references)
             if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
                 long_run(case, on, size.edge_rays, findings)
             verdicts.append(verdict_of(str(mode), promises, case.name, len(sent), findings))
         if TIMED_CASE in placed:
-            ns_per_ray = time_per_ray(placed[TIMED_CASE], few)
+            ns_per_ray = time_per_ray(placed[TIMED_CASE], most or TIMED_RAYS)
     return Row(mode, totals(verdicts), ns_per_ray), verdicts
 
 
