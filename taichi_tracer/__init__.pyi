@@ -25,13 +25,13 @@ from taichi_tracer.integrators.base import View as View
 from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong as BlinnPhong
 from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
-from taichi_tracer.lights.ambient_light import AmbientLight as AmbientLight
 from taichi_tracer.lights.base import Light as Light
 from taichi_tracer.lights.choice import LampChoice as LampChoice
-from taichi_tracer.lights.directional_light import DirectionalLight as DirectionalLight
+from taichi_tracer.lights.delta_lights import AmbientLight as AmbientLight
+from taichi_tracer.lights.delta_lights import DirectionalLight as DirectionalLight
+from taichi_tracer.lights.delta_lights import PointLight as PointLight
+from taichi_tracer.lights.delta_lights import SpotLight as SpotLight
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler
-from taichi_tracer.lights.point_light import PointLight as PointLight
-from taichi_tracer.lights.spot_light import SpotLight as SpotLight
 from taichi_tracer.materials import Material as Material
 from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
 from taichi_tracer.materials import Texture as Texture

@@ -35,7 +35,7 @@ def accuracy(
     max_bounces: Sequence[int] | None = None,
     roulettes: Sequence[str | float] | None = None,
     rr_start_bounce: int | None = None,
-) -> tuple[Any, Any]:
+) -> tuple[dict[str, Any], Any]:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
 
     A scene that is given by name or path is rendered in processes of its own: nothing of the caller's is touched, and
@@ -56,8 +56,8 @@ def accuracy(
         rr_start_bounce: after so many bounces, roulette may end a path.
 
     Returns:
-        A table with a row per variant, a ``pandas.DataFrame`` where pandas is installed, else name → array; and the
-        chart, a ``matplotlib`` figure.
+        A table with a row per variant, name → array of each column, of which ``pandas.DataFrame(table)`` makes one of
+        pandas; and the chart, a ``matplotlib`` figure.
     """
     given, start = locals(), perf_counter()  # the knobs have their names in ``variants``
     import numpy as np
@@ -90,9 +90,4 @@ def accuracy(
         "seconds per sample": np.array([curve.sample_seconds.value for curve in study.curves]),
         "compile seconds": np.array([curve.compile_seconds for curve in study.curves]),
     }
-    figure = accuracy_report.draw(study)
-    try:
-        import pandas
-    except ImportError:
-        return table, figure
-    return pandas.DataFrame(table), figure
+    return table, accuracy_report.draw(study)

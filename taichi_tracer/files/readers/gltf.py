@@ -280,8 +280,7 @@ class Gltf:
         """The texture with holes where alpha is below the cutoff: alpha is scaled so that the cutoff becomes 1/2."""
         mode, factor = look.get("alphaMode", "OPAQUE"), look.get("pbrMetallicRoughness", {}).get("baseColorFactor", ())
         cutoff = look.get("alphaCutoff", USUAL_CUTOFF) if mode == "MASK" else USUAL_CUTOFF
-        white = Texture(np.ones((1, 1, 3), np.float32))
-        alpha = picture[2] if picture else white
+        alpha = picture[2] if picture else Texture(np.ones((1, 1, 3), np.float32))
         alpha = replace(alpha, pixels=alpha.pixels * np.float32((*factor, 1.0)[3] if len(factor) > 2 else 1.0))
         if mode == "OPAQUE" or cutoff <= 0 or alpha.pixels.min() >= max(1, cutoff):
             return None
