@@ -24,6 +24,8 @@ def read(path: str | Path) -> Mesh:
     """
     path = Path(path)
     extension = path.suffix.lower()
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder: give a file in it")
     if extension not in EXTENSIONS:
         raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}")
     notes: list[str] = []

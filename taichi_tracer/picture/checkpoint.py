@@ -146,16 +146,17 @@ def show_ranges(ranges: list[list[int]]) -> str:
     return ", ".join(f"{first} to {end - 1}" for first, end in ranges)
 
 
-def joined(first: list[list[int]], second: list[list[int]]) -> list[list[int]]:
+def joined(before: list[list[int]], added: list[list[int]], path: str) -> list[list[int]]:
     """All ranges of both lists in ascending order; ranges that touch are joined.
 
     Raises:
-        InputError: a sample is in both lists.
+        InputError: a sample of the file with the ranges ``added`` is in both lists.
     """
     ranges: list[list[int]] = []
-    for start, end in sorted([*first, *second]):
+    for start, end in sorted([*before, *added]):
         if ranges and start < ranges[-1][1]:
-            raise InputError(f"samples {start} to {min(end, ranges[-1][1]) - 1} are in both: each may count once")
+            both = f"{start} to {min(end, ranges[-1][1]) - 1}"
+            raise InputError(f"{path}: samples {both} are in another file, too: each may count once")
         if ranges and start == ranges[-1][1]:
             ranges[-1][1] = end
         else:

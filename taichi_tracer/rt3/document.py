@@ -258,6 +258,8 @@ class _Reader:
             return
         self.result.environment = path
         options = {"intensity": element.number("intensity"), "rotation": element.number("rotation")}
+        if options["intensity"] is not None and options["intensity"] < 0:
+            raise element.wrong("intensity", "a number of at least 0")
         self.result.environment_options = {k: v for k, v in options.items() if v is not None}
 
     def take_aggregator(self, element: Element) -> None:

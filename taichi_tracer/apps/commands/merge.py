@@ -50,7 +50,7 @@ def run(args: Namespace) -> int:
         check_same(path, own, args.files[0], facts)
         if SHARES in arrays:
             raise InputError(f"{path}: its pixels have different numbers of samples: render it with --no-adaptive")
-        ranges = joined(ranges, samples)
+        ranges = joined(ranges, samples, path)
         runtime.init("cpu", facts["precision"])
         added = film_of(facts, arrays, samples)
         if film is None:
