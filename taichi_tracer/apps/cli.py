@@ -25,6 +25,7 @@ from taichi_tracer.apps.console import (
     values_of,
 )
 from taichi_tracer.apps.running import EXIT_CODE, moved
+from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import IncompleteError, InputError, NotFiniteWarning, StaleSceneError
 
 IMPORTED = time.perf_counter()  # about 0.05 s after the key press
@@ -56,9 +57,11 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
+        new_folders.remove_empty()
         print("taichi-tracer: interrupted", file=sys.stderr)
         return EXIT_CODE + signal.SIGINT
     except Exception as error:
+        new_folders.remove_empty()
         text = text_of(error, parts)
         if text is None or "--debug" in words:
             raise

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.system import compiling
+from taichi_tracer.system import compiling, new_folders
 from taichi_tracer.system.errors import InputError
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
@@ -66,6 +66,7 @@ class Interruption:
         elif self.number is None or time.monotonic() - self._since > SAME:
             with contextlib.suppress(Exception):  # stdout may be the one that is being written to
                 sys.stdout.flush()
+            new_folders.remove_empty()
             os.write(2, f"taichi-tracer: {SIGNALS[number]}\n".encode())
             os._exit(EXIT_CODE + number)
 

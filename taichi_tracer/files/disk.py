@@ -10,6 +10,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
+from taichi_tracer.system import new_folders
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 _noting: list[dict[Path, None]] = []  # for those who want to know which files are read
@@ -75,6 +76,7 @@ def replace_file(path: str | Path, content: bytes) -> None:
 
 def make_folder(folder: str | Path, why: str) -> None:
     """Make a folder and its parents. If nothing can be written there, raise an InputError that begins with ``why``."""
+    new_folders.made.extend(path for path in (*reversed(Path(folder).parents), Path(folder)) if not path.exists())
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -83,7 +83,7 @@ def test_wrong_input_is_one_line_that_names_the_value(words, named, tmp_path, mo
     (line,) = (line for line in capfd.readouterr().err.splitlines() if "error: " in line)
     assert code == 2
     assert named in line
-    assert {file.name for file in tmp_path.iterdir() if file.is_file()} == set(FILES)
+    assert {file.name for file in tmp_path.iterdir()} == set(FILES)
 
 
 def test_right_input_ends_with_0(tmp_path, monkeypatch, capfd):
