@@ -10,7 +10,7 @@ from taichi.lang.struct import StructType
 
 from taichi_tracer.formulas import vector_math as tm
 from taichi_tracer.system import runtime
-from taichi_tracer.system.compile_time import compile_time
+from taichi_tracer.system.compile_time import Function, compile_time
 from taichi_tracer.system.errors import InputError, check_names, digits, digits_of
 
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
@@ -26,7 +26,7 @@ class Struct(StructType):
         return super().__call__(*members, **named)
 
 
-def struct(members: type) -> Any:
+def struct(members: Function) -> Function:
     """The ``Struct`` of a class that names its members."""
     made = compile_time(ti.dataclass(members))
     made.__class__, made.__name__, made.__doc__ = Struct, members.__name__, members.__doc__
@@ -148,8 +148,6 @@ class RayHits:
 
     def reshaped(self, shape: tuple[int, ...]) -> "RayHits":
         """The same hits, whose members have this shape, and the components of vectors after it."""
-        if shape == self.is_hit.shape:
-            return self
         members = {f.name: getattr(self, f.name) for f in fields(self)}
         return RayHits(**{name: one.reshape(*shape, *one.shape[self.is_hit.ndim :]) for name, one in members.items()})
 
@@ -187,15 +185,13 @@ class RayHits:
 
     def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
-        if self.is_hit.ndim != 1:
-            return self.reshaped((self.is_hit.size,))._repr_html_(most)
-        names = [f.name for f in fields(self)]
+        names, flat = [f.name for f in fields(self)], self.reshaped((self.is_hit.size,))
         head = "".join(f"<th>{name}</th>" for name in ["ray", *names])
         rows = "".join(
-            f"<tr><td>{i}</td>" + "".join(f"<td>{_cell(getattr(self, name)[i])}</td>" for name in names) + "</tr>"
-            for i in range(min(most, len(self)))
+            f"<tr><td>{i}</td>" + "".join(f"<td>{_cell(getattr(flat, name)[i])}</td>" for name in names) + "</tr>"
+            for i in range(min(most, len(flat)))
         )
-        rest = f"<p>… and {len(self) - most:,} more rays</p>" if len(self) > most else ""
+        rest = f"<p>… and {len(flat) - most:,} more rays</p>" if len(flat) > most else ""
         summary = f"<p>{self.is_hit.size:,} rays, {int(self.is_hit.sum()):,} hits</p>"
         return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
 

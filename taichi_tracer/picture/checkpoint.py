@@ -144,21 +144,3 @@ def check_same(path: str | Path, facts: dict, other: str, theirs: dict) -> None:
 def show_ranges(ranges: list[list[int]]) -> str:
     """The text for ranges of sample indices: "0 to 63"."""
     return ", ".join(f"{first} to {end - 1}" for first, end in ranges)
-
-
-def joined(before: list[list[int]], added: list[list[int]], path: str) -> list[list[int]]:
-    """All ranges of both lists in ascending order; ranges that touch are joined.
-
-    Raises:
-        InputError: a sample of the file with the ranges ``added`` is in both lists.
-    """
-    ranges: list[list[int]] = []
-    for start, end in sorted([*before, *added]):
-        if ranges and start < ranges[-1][1]:
-            both = f"{start} to {min(end, ranges[-1][1]) - 1}"
-            raise InputError(f"{path}: samples {both} are in another file, too: each may count once")
-        if ranges and start == ranges[-1][1]:
-            ranges[-1][1] = end
-        else:
-            ranges.append([start, end])
-    return ranges

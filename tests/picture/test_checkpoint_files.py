@@ -32,10 +32,3 @@ def test_damage_is_noticed(tmp_path, rng):
         path.write_bytes(bad)
         with pytest.raises(tt.InputError, match="this is no checkpoint of taichi_tracer, or it is damaged"):
             checkpoint.read_checkpoint(path)
-
-
-def test_ranges_join_where_they_touch_and_may_not_overlap():
-    assert checkpoint.joined([[0, 4]], [[4, 9]], "b") == [[0, 9]]
-    assert checkpoint.joined([[8, 9], [0, 2]], [[4, 6]], "b") == [[0, 2], [4, 6], [8, 9]]
-    with pytest.raises(tt.InputError, match="b: samples 3 to 4 are in another file, too"):
-        checkpoint.joined([[0, 5]], [[3, 9]], "b")

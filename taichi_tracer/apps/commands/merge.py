@@ -11,7 +11,6 @@ from taichi_tracer.picture.checkpoint import (
     EXTENSION,
     SHARES,
     check_same,
-    joined,
     read_checkpoint,
     show_ranges,
     write_checkpoint,
@@ -75,3 +74,21 @@ def film_of(facts: dict, arrays: dict, ranges: list[list[int]]) -> Film:
     film = Film(*facts["size"], facts["crop"], sampler.replicated, doubles=sampler.doubles)
     film.from_arrays(arrays, sum(end - start for start, end in ranges))
     return film
+
+
+def joined(before: list[list[int]], added: list[list[int]], path: str) -> list[list[int]]:
+    """All ranges of both lists in ascending order; ranges that touch are joined.
+
+    Raises:
+        InputError: a sample of the file with the ranges ``added`` is in both lists.
+    """
+    ranges: list[list[int]] = []
+    for start, end in sorted([*before, *added]):
+        if ranges and start < ranges[-1][1]:
+            both = f"{start} to {min(end, ranges[-1][1]) - 1}"
+            raise InputError(f"{path}: samples {both} are in another file, too: each may count once")
+        if ranges and start == ranges[-1][1]:
+            ranges[-1][1] = end
+        else:
+            ranges.append([start, end])
+    return ranges
