@@ -40,7 +40,7 @@ def let_every_character_print() -> None:
 
 
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)  # what is a number and no option, as in -1e-3
-CLUSTER = "taichi_tracer.cluster.sharing"  # has the commands that run on a cluster where --cluster is given
+CLUSTER = "taichi_tracer.cluster.sharing:on_cluster"  # runs a command where --cluster is given
 
 
 class Parser(argparse.ArgumentParser):

@@ -94,7 +94,7 @@ def render(
             spp = None if spp is None else spp - renderer.samples
         try:
             if spp is None or spp > 0:
-                renders_on(connection, settings, paths, renderer, (0, None))(spp, time, error, watch)
+                renders_on(connection, settings, paths, renderer)(spp, time, error, watch)
         finally:
             if checkpoint is not None and renderer.samples > 0 and renderer.is_random:
                 renderer.save_checkpoint(checkpoint)

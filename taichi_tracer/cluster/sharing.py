@@ -1,6 +1,6 @@
 """One picture, rendered by the workers of a cluster: ranges of samples are handed out, and their sums are added up.
 
-The commands ``render`` and ``turntable`` come here if ``--cluster`` is given.
+The commands ``render`` and ``turntable`` run within ``on_cluster`` if ``--cluster`` is given.
 
 A worker that ends costs its range: Dask lets another worker take it, and the nanny starts the worker again.
 """
@@ -14,8 +14,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from taichi_tracer.apps.commands import render as render_command
-from taichi_tracer.apps.commands import turntable as turntable_command
 from taichi_tracer.apps.console import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.clusters import Cluster, last_line
@@ -63,7 +61,9 @@ class DistributedRender:
         self.added = self.next = renderer.first_sample + renderer.film.samples
         self.end = None if target.spp is None else self.next + math.ceil(target.spp / renderer.shares.mean)
         shares = renderer.shares.to_image() if renderer.shares.are_uneven else None
-        self.job = self.submit(worker.deliver, replace(job, facts=renderer.facts(), shares=shares))
+        camera = {name: given for name, given in renderer.camera.parameters().items() if name != "projection"}
+        facts = {"facts": renderer.facts(), "bounces": renderer.values().get("bounces")}
+        self.job = self.submit(worker.deliver, replace(job, camera=camera, shares=shares, **facts))
         self.given: dict[Any, tuple[int, int]] = {}  # future → its first sample, and how many these are
         self.sums: dict[int, tuple[int, dict]] = {}  # first sample → how many samples, and their sums
         self.coming = as_completed(loop=cluster.client.loop)
@@ -170,41 +170,27 @@ class DistributedRender:
 # ── commands ──
 
 
-def render(args: Namespace) -> int:
-    """Render and write every view that was asked for, on a cluster."""
-    if args.profile:
-        raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
+def on_cluster(args: Namespace, run: Callable[..., int]) -> int:
+    """What ``run(args, elsewhere)`` returns: a command that renders, whose samples the workers of a cluster take."""
     with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
-        return render_command.run(args, partial(renders_on, cluster, RenderSettings.of(args), paths))
-
-
-def turntable(args: Namespace) -> int:
-    """Render a film, every frame of it on a cluster."""
-    with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
-
-        def renders_frame(renderer: Any, eye: Any) -> Callable:
-            """What takes the samples of a frame: the workers get a command line with its eye."""
-            settings = replace(RenderSettings.of(args), eye=tuple(eye.tolist()))
-            return renders_on(cluster, settings, paths, renderer, (0, None))
-
-        return turntable_command.run(args, renders_frame)
+        return run(args, partial(renders_on, cluster, RenderSettings.of(args), paths))
 
 
 def renders_on(
-    cluster: Cluster, settings: RenderSettings, paths: dict, renderer: Any, which: tuple
+    cluster: Cluster, settings: RenderSettings, paths: dict, renderer: Any, number: int = 0
 ) -> Callable[..., None]:
     """What takes the place of ``renderer.render``.
 
     Args:
         paths: the files that were read since the settings were read.
-        which: number of the picture that the settings ask for, and bounces or None.
+        number: of the picture, of those that the settings ask for.
     """
     if not renderer.is_random:
         note(f"{renderer.active.name} needs one sample: it is rendered here")
         return renderer.render
     if settings.parts:
         note(f"every worker gets the files of --parts, and runs them with its rights: {', '.join(settings.parts)}")
-    job = replace(pack(settings, paths, cluster.threads), which=which)
+    job = replace(pack(settings, paths, cluster.threads), number=number)
 
     def render(spp: Any = None, time: Any = None, error: Any = None, watch: Any = None) -> None:
         """Add samples to the renderer's film until the first of the targets is reached."""

@@ -36,9 +36,9 @@ from taichi_tracer.system.errors import InputError
 # ── jobs ──
 
 
-# What only the sender needs: where samples are kept, and when the picture ends.
-STAYS = {"spp", "time", "error", "bounces", "checkpoint", "checkpoint_every"}
-CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
+# What does not travel as a setting: where samples are kept, and when the picture ends, is the sender's.
+STAYS = {"spp", "time", "error", "checkpoint", "checkpoint_every"}
+STAYS |= {"bounces", "eye", "at", "up", "fov"}  # which the job has of the renderer
 
 
 # ── versions ──
@@ -68,7 +68,8 @@ class Job:
     Attributes:
         settings: those of the picture that are not the default; files are named by their places.
         files: place → content.
-        which: (number of the picture, bounces or None), where settings ask for several.
+        number: of the picture, where settings ask for several.
+        bounces: whose light it shows; None for all. camera: the arguments of ``set_camera_parameters``.
         threads: how many processors a worker uses; None for all.
         facts: everything that the bits of the picture depend on, as the sender has them; None does not check them.
         shares: of the pixels of an adaptive picture, see ``picture.adaptive``.
@@ -77,7 +78,9 @@ class Job:
 
     settings: dict[str, Any]
     files: dict[str, bytes]
-    which: tuple = (0, None)
+    number: int = 0
+    bounces: tuple | None = None
+    camera: dict[str, Any] = field(default_factory=dict)
     threads: int | None = None
     facts: dict[str, Any] | None = None
     shares: Any = None
@@ -85,9 +88,9 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A name that is equal for jobs that share a renderer: all but the place of the camera is equal."""
-        options = sorted((name, repr(value)) for name, value in self.settings.items() if name not in CAMERA)
-        parts = [options, self.which, self.threads, sorted(self.files.items())]
+        """A name that is equal for jobs that share a renderer: all but the camera is equal."""
+        options = sorted((name, repr(value)) for name, value in self.settings.items())
+        parts = [options, self.number, self.bounces, self.threads, sorted(self.files.items())]
         return hashlib.sha256(pickle.dumps(parts)).hexdigest()
 
     def settings_in(self, folder: Path) -> RenderSettings:
@@ -197,10 +200,7 @@ def renderer_of(job: Job, directory: str) -> Any:
         load(job, directory)
     renderer = kept["renderer"]
     if kept["job"] is not job:
-        picture = request_of(job.settings_in(kept["folder"])).pictures[job.which[0]]
-        place = picture.make_camera(renderer.scene_data).parameters()
-        del place["projection"]
-        renderer.camera.set_camera_parameters(**place)
+        renderer.camera.set_camera_parameters(**job.camera)
         found = renderer.facts()
         unlike = [name for name, value in (job.facts or {}).items() if found.get(name) != value]
         if unlike:
@@ -224,13 +224,12 @@ def load(job: Job, directory: str) -> None:
     asked, now = (settings.arch, settings.precision, settings.fast_math), runtime.current()
     is_other = now is not None and (now.arch, now.precision, now.fast_math) != asked
     runtime.init(*asked, threads=job.threads, force=is_other)
-    number, bounces = job.which
     request = request_of(settings)
     with contextlib.redirect_stderr(io.StringIO()):  # the sender has read the same notes
         scene = request.load()
-    renderer = request.pictures[number].make_renderer(scene)
-    if bounces is not None:
-        renderer.bounces = tuple(bounces)
+    renderer = request.pictures[job.number].make_renderer(scene)
+    if job.bounces is not None:
+        renderer.bounces = job.bounces
     renderer.begin()
     renderer.add_range(0, 1)  # which compiles the kernels
-    kept.update(key=job.key, renderer=renderer, job=None, folder=folder, temporary=temporary)
+    kept.update(key=job.key, renderer=renderer, job=None, folder=temporary)

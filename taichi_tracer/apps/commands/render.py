@@ -51,9 +51,8 @@ GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked whe
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MOST_PLACES = 3  # of samples that are not finite: how many are printed
-# On a cluster: a renderer, and (number of the picture, bounces or None) → what takes the place of
-# ``renderer.render``.
-RendersElsewhere = Callable[[ProgressiveRenderer, tuple], Callable[..., object]]
+# On a cluster: a renderer, and the number of the picture → what takes the place of ``renderer.render``.
+RendersElsewhere = Callable[[ProgressiveRenderer, int], Callable[..., object]]
 
 
 def add_arguments(parser: Parser) -> None:
@@ -110,8 +109,10 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
     Returns:
         0; or, when a signal ended it with what was done by then, 128 and the number of the signal: 130 for Ctrl-C.
     """
+    if args.cluster is not None and args.profile:
+        raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
     if args.cluster is not None and elsewhere is None:
-        return load(f"{CLUSTER}:render")(args)
+        return load(CLUSTER)(args, run)
     request = render_of(args)
     paths = paths_of(request, args)
     check_single(args, len(paths) * max(1, len(request.settings.bounces)))
@@ -132,7 +133,7 @@ def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
         for path, bounces in zip(files, request.settings.bounces or (None,), strict=False):
             if bounces is not None:
                 renderer.bounces = bounces
-            render = renderer.render if elsewhere is None else elsewhere(renderer, (k, bounces))
+            render = renderer.render if elsewhere is None else elsewhere(renderer, k)
             renderer.reset()
             with Interruption(lambda of=renderer: of.samples > 0) as interruption:
                 make_picture(renderer, picture, args, path, before, interruption, render)

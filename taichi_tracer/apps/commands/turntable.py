@@ -8,14 +8,13 @@ import math
 import tempfile
 import time
 from argparse import Namespace
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from taichi_tracer.apps.commands.render import describe, encoding_of, load_scene
+from taichi_tracer.apps.commands.render import RendersElsewhere, describe, encoding_of, load_scene
 from taichi_tracer.apps.console import CLUSTER, Parser, add_cluster_option, load, note
 from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import request_of
@@ -23,7 +22,6 @@ from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import save_image, to_bytes
-from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import DISPLAY, OF_PICTURE, OF_SCENE, TARGET, RenderSettings, add_scene
 from taichi_tracer.system.argument_types import at_least_one, number, positive
 from taichi_tracer.system.errors import InputError
@@ -32,8 +30,6 @@ from taichi_tracer.tones.display import Display
 
 VIDEO = 'pip install "taichi_tracer[video]"'
 QUALITY = 8  # of a film, from 0 to 10
-# What takes the place of ``renderer.render`` for the frame of an eye, on a cluster.
-RendersFrame = Callable[[ProgressiveRenderer, np.ndarray], Callable[..., object]]
 
 
 def add_arguments(parser: Parser) -> None:
@@ -62,14 +58,14 @@ def add_arguments(parser: Parser) -> None:
     )
 
 
-def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
+def run(args: Namespace, elsewhere: RendersElsewhere | None = None) -> int:
     """Render the frames and write them; after Ctrl-C, those that are done.
 
     Args:
         elsewhere: who takes the samples on other machines; None takes them here.
     """
     if args.cluster is not None and elsewhere is None:
-        return load(f"{CLUSTER}:turntable")(args)
+        return load(CLUSTER)(args, run)
     request = request_of(RenderSettings.of(args))
     picture, output = request.single("turntable"), Path(args.output)
     check_output(output)
@@ -78,7 +74,7 @@ def run(args: Namespace, elsewhere: RendersFrame | None = None) -> int:
     frames, count, place = [], 0, output
     with Interruption() as interruption:
         for k, eye in enumerate(eyes_of(Pose.of(renderer.camera), args.frames, args.degrees)):
-            render = renderer.render if elsewhere is None else elsewhere(renderer, eye)
+            render = renderer.render if elsewhere is None else elsewhere(renderer, 0)
             renderer.camera.set_camera_parameters(eye=tuple(eye.tolist()))
             renderer.reset()
             add_samples(renderer, picture.target, interruption, render)
