@@ -47,10 +47,11 @@ def main(argv: list[str] | None = None) -> int:
     parts = values_of(words, "--parts", "--course")
     started = IMPORTED if argv is None else time.perf_counter()
     try:
+        load_parts(parts)  # before the words are parsed: a help lists their names
         command = next((word for word in words if word in commands.names()), "")
-        args = make_parser(parts, command).parse_args(words)
+        args = make_parser(command).parse_args(words)
+        load_parts([path for path in args.parts if path not in parts])
         args.started, parts = started, args.parts
-        load_parts(args.parts)
         code = args.command(args)
         return code or (USER_ERROR if moved else 0)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
@@ -82,11 +83,10 @@ def show_warning(message, category, *_where, **_more) -> None:
         note(str(message))
 
 
-def make_parser(parts: Sequence[str] = (), only: str | None = None) -> Parser:
+def make_parser(only: str | None = None) -> Parser:
     """The grammar of the command line.
 
     Args:
-        parts: the files of ``--parts``, as far as they are known before the words are parsed: a help lists their names.
         only: the command whose arguments are added; None adds those of all commands, "" those of none.
     """
     parser = Parser(prog="taichi-tracer", description="A teaching ray tracer: pictures, and questions to a scene.")
@@ -99,5 +99,4 @@ def make_parser(parts: Sequence[str] = (), only: str | None = None) -> Parser:
             module = commands.load(name)
             command.set_defaults(command=module.run)
             module.add_arguments(command)
-            command.parts = parts
     return parser

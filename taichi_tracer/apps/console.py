@@ -44,13 +44,7 @@ CLUSTER = "taichi_tracer.cluster.sharing:on_cluster"  # runs a command where --c
 
 
 class Parser(argparse.ArgumentParser):
-    """An ArgumentParser whose errors are ours, and whose help may end with lists of names.
-
-    Attributes:
-        parts: the files of ``--parts``, whose names belong to the lists.
-    """
-
-    parts: Sequence[str] = ()
+    """An ArgumentParser whose errors are ours, and whose help may end with lists of names."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
@@ -71,7 +65,6 @@ class Parser(argparse.ArgumentParser):
         text = super().format_help()
         options = [action.dest for action in self._actions]
         if "--parts" in self._option_string_actions:
-            load_parts(self.parts)
             text += load("pictures:help_text")(options)
         return text
 

@@ -6,6 +6,7 @@ page (``view --browser``) has more: comparing, explaining, all settings.
 
 import contextlib
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,6 @@ import taichi as ti
 
 from taichi_tracer import camera_controller
 from taichi_tracer.apps.console import PICTURE_FOLDER, let_every_character_print
-from taichi_tracer.apps.display import missing_for_window
 from taichi_tracer.apps.page.channel import quick_pixels
 from taichi_tracer.apps.page.renderer_state import current
 from taichi_tracer.apps.page.server import serve
@@ -28,6 +28,7 @@ from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.settings import RenderSettings, name_of_bounces
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"
@@ -78,6 +79,27 @@ def show(
         print(f"  {path}")
     print(f"For a window: {remedy}")
     return 0
+
+
+def missing_for_window() -> tuple[str, str] | None:
+    """What is missing for a window, and what would mend it; None where one can open.
+
+    It has to be known before: ``ti.ui`` ends the process where none can.
+    """
+    if not ti._lib.core.GGUI_AVAILABLE:
+        return "this build of Taichi has no windows", "pip install --force-reinstall taichi"
+    if sys.platform.startswith("linux"):
+        name = os.environ.get("DISPLAY", "")
+        if name == "":
+            remedy = "run it on a desktop, or with: xvfb-run -s '-screen 0 1280x1024x24'"
+            return "no display (DISPLAY is not set)", remedy
+        socket = Path("/tmp/.X11-unix", f"X{name.rpartition(':')[2].partition('.')[0]}")  # /tmp/.X11-unix/X1 of ":1.0"
+        if not socket.exists():
+            return f"the display {name!r} is not on this machine", "view --browser serves the picture to a browser"
+    if sys.platform != "darwin" and not runtime.vulkan_devices():
+        remedy = "install the driver of your graphics card, or on Linux: sudo apt install mesa-vulkan-drivers"
+        return "no Vulkan driver was found", remedy
+    return None
 
 
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:

@@ -1,6 +1,5 @@
 """The doctor: every line says whether it is well, and what would mend it if not."""
 
-from taichi_tracer.apps import display
 from taichi_tracer.apps.cli import main
 from taichi_tracer.apps.commands import doctor
 
@@ -19,7 +18,7 @@ def test_the_doctor_finds_nothing_to_fail_on(capsys):
 
 def test_what_is_missing_is_shown_with_its_remedy(monkeypatch):
     monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
-    monkeypatch.setattr(display, "missing_for_window", lambda: ("no screen", "plug one in"))
+    monkeypatch.setattr(doctor, "missing_for_window", lambda: ("no screen", "plug one in"))
     remedies = {name: remedy for name, _, is_ok, remedy in doctor.examine() if not is_ok}
     assert "taichi_tracer[notebook]" in remedies["ipykernel"]
     assert "taichi_tracer[exr]" in remedies["OpenImageIO"]

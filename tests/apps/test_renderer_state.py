@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.page.renderer_state import RendererState
+from taichi_tracer.apps.page.renderer_state import RendererState, look_at
 from taichi_tracer.renderer import A1Renderer, A2Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
@@ -81,3 +82,16 @@ def test_a_control_says_what_it_takes_and_a_wrong_value_changes_nothing(lamps):
         with pytest.raises(tt.InputError):
             lamps.change(name, value)
     assert lamps.settings == before
+
+
+def test_numbers_and_place_are_those_of_the_pixel():
+    start("f32")
+    renderer = tt.A1Renderer(tt.load_scene_data("cube"), 40, 30).use("normal").render()
+    told = look_at(20, 15, [renderer])
+    value = renderer.image()[15, 20]
+    assert [float(x) for x in told["values"][0].split(", ")] == pytest.approx(value, rel=1e-3)
+    hit = renderer.scene_data.intersect(*renderer.camera.rays(20, 14))[0]
+    position, rest = told["place"].removeprefix("(").split("), ")
+    np.testing.assert_allclose([float(x) for x in position.split(", ")], hit.position, rtol=1e-3, atol=1e-4)
+    assert rest.startswith(f"{hit.distance:.4g} away: ")
+    assert rest.endswith(f"primitive {hit.triangle_id}")

@@ -156,17 +156,11 @@ def closed_with(page):
     return page.close_code
 
 
-def test_limits_of_size_rate_time_and_number(server, monkeypatch):
+def test_limits_of_size_time_and_number(server, monkeypatch):
     with opened(server) as page:
         received(page)
         page.send("x" * (module.MOST_BYTES + 1))
         assert closed_with(page) == 1009
-    monkeypatch.setattr(module, "RATE", 20)
-    with opened(server) as page:
-        received(page)
-        for _ in range(module.RATE + 1):
-            page.send('{"type": "reset"}')
-        assert closed_with(page) == 1008
     with contextlib.ExitStack() as pages:
         for _ in range(module.MOST_CONNECTIONS):
             received(pages.enter_context(opened(server)))

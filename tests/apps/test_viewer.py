@@ -1,6 +1,7 @@
 """The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
 
 import shlex
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -155,3 +156,15 @@ def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
         np.testing.assert_allclose(getattr(again.camera, name), getattr(renderer.camera, name), rtol=1e-8)
     assert again.camera.handedness == "right"
     assert (again.width, again.height) == (renderer.width, renderer.height)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="X11 is asked on Linux only")
+@pytest.mark.parametrize(
+    ("name", "reason", "remedy"),
+    [("", "DISPLAY is not set", "xvfb-run"), ("localhost:4711.0", "not on this machine", "--browser")],
+)
+def test_without_a_display_it_is_said_what_is_missing(monkeypatch, name, reason, remedy):
+    monkeypatch.setenv("DISPLAY", name)
+    found, mends = viewer.missing_for_window()
+    assert reason in found
+    assert remedy in mends

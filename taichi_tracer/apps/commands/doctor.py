@@ -8,8 +8,8 @@ from argparse import Namespace
 from collections.abc import Iterator
 
 import taichi_tracer
-from taichi_tracer.apps import display
 from taichi_tracer.apps.console import Parser
+from taichi_tracer.apps.viewer import missing_for_window
 from taichi_tracer.system import runtime
 from taichi_tracer.system.runtime import cache_folder, wanted_folder
 
@@ -50,7 +50,7 @@ def examine() -> Iterator[Fact]:
     yield "backend chosen", runtime.ensure().arch, True, ""
     unused = runtime.patches()
     yield "patches of Taichi", unused or "in use", unused == "", "all works without them, slower"
-    reason, remedy = display.missing_for_window() or ("can open", "")
+    reason, remedy = missing_for_window() or ("can open", "")
     yield "window", reason, remedy == "", remedy
     for module, (purpose, extra) in EXTRAS.items():
         has = importlib.util.find_spec(module) is not None

@@ -1,5 +1,6 @@
 """Write pictures of a scene."""
 
+import contextlib
 import math
 import sys
 import time
@@ -10,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from taichi_tracer.apps.console import CLUSTER, PICTURE_FOLDER, Parser, add_cluster_option, load, note
-from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import Picture, Request, request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.files.disk import check_place, make_folder
@@ -22,7 +23,7 @@ from taichi_tracer.picture.aovs import channel_names, find_aovs
 from taichi_tracer.picture.checkpoint import EXTENSION
 from taichi_tracer.picture.denoised import SAMPLER, check_clamp, denoiser, no_halves
 from taichi_tracer.picture.error_estimate import percent
-from taichi_tracer.picture.progress import Target
+from taichi_tracer.picture.progress import Progress, Target
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
@@ -51,6 +52,9 @@ GOOD = 0.05  # an error: pictures that are worse, and for which nobody asked whe
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MOST_PLACES = 3  # of samples that are not finite: how many are printed
+SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
+BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
+SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 # On a cluster: a renderer, and the number of the picture → what takes the place of ``renderer.render``.
 RendersElsewhere = Callable[[ProgressiveRenderer, int], Callable[..., object]]
 
@@ -302,6 +306,67 @@ def describe_times(renderer: ProgressiveRenderer) -> str:
     if progress.samples == 0:
         return "no more samples were needed"
     return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
+
+
+# ── samples are added while a bar grows, and are kept in a checkpoint ──
+
+
+class RenderingStopped(Exception):
+    """The rendering was interrupted after a whole sample."""
+
+
+def add_samples(
+    renderer: ProgressiveRenderer,
+    target: Target,
+    interruption: Interruption,
+    render: Callable[..., object],
+    checkpoint: str | None = None,
+    every: float = math.inf,
+) -> None:
+    """Render until a target is reached or a signal came.
+
+    Args:
+        render: ``renderer.render``, or what takes its place.
+        checkpoint: a file to go on from if it exists, and to which the samples go in the end. every: seconds after
+            which they go there, too; a disk that is full then may have room by the next time.
+    """
+    spp, kept_at = target.spp, time.perf_counter()
+    if checkpoint is not None and Path(checkpoint).exists():
+        renderer.load_checkpoint(checkpoint)
+        print(f"{checkpoint}: going on after {renderer.samples} samples")
+        spp = None if spp is None else spp - renderer.samples
+        if spp is not None and spp <= 0:
+            return
+    options = {"desc": renderer.active.name, "disable": None, "delay": SHOW_PROGRESS_AFTER, "leave": False}
+    with tqdm(total=1.0, bar_format=BAR, **options) as bar, contextlib.suppress(RenderingStopped):
+
+        def watch(progress: Progress) -> None:
+            """After each sample: bring the bar up to date, keep a checkpoint if it is due, and stop after a signal."""
+            nonlocal kept_at
+            show_progress(bar, progress, renderer.samples)
+            if checkpoint is not None and renderer.samples > 0 and time.perf_counter() - kept_at > every:
+                kept_at = time.perf_counter()
+                try:
+                    renderer.save_checkpoint(checkpoint)
+                except InputError as error:
+                    note(f"{error}: rendering goes on")
+            if interruption.number is not None:
+                raise RenderingStopped
+
+        render(spp=spp, time=target.time, error=target.error, watch=watch)
+    if checkpoint is not None and renderer.samples > 0:
+        with stage(stopwatch.WRITE):
+            written(Path(checkpoint), renderer.save_checkpoint)
+
+
+def show_progress(bar: tqdm, progress: Progress, samples: int) -> None:
+    """Bring a bar up to date: samples, seconds, error, seconds left."""
+    left, error = progress.seconds_left, f"error {percent(progress.error)}"
+    rest = f"{left:.1f} s left" if left >= 0 else "? left"
+    texts = [f"{samples} spp", f"{progress.seconds:.1f} s", progress.place, error, rest]
+    bar.set_postfix_str(", ".join(filter(None, texts)), refresh=False)
+    if left >= 0:
+        bar.update(max(0.0, progress.seconds / max(progress.seconds + left, SHORTEST) - bar.n))
 
 
 # ── before the rendering: which options change nothing, and places that can be written ──

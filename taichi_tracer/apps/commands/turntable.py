@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from taichi_tracer.apps.commands.render import RendersElsewhere, describe, encoding_of, load_scene
+from taichi_tracer.apps.commands.render import RendersElsewhere, add_samples, describe, encoding_of, load_scene
 from taichi_tracer.apps.console import CLUSTER, Parser, add_cluster_option, load, note
-from taichi_tracer.apps.keeping import add_samples
 from taichi_tracer.apps.pictures import request_of
 from taichi_tracer.apps.running import Interruption, written, written_bytes
 from taichi_tracer.camera_controller import Pose, rotate

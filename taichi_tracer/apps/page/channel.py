@@ -88,7 +88,6 @@ def checked(event: Any) -> tuple[str, dict[str, Any]]:
 # ── frames ──
 
 
-MOST_PIXELS = 1024 * 1024  # of a picture that moves: a larger one is sent smaller
 QUALITY = 90  # of JPEG
 FASTEST = 1  # of the levels of PNG
 
@@ -123,11 +122,9 @@ def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
 
 
 def quick_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
-    """(h, w, 3) bytes of the picture for a moment: of a large one, only some pixels; a byte may differ by one."""
-    step = max(1, int(np.ceil(np.sqrt(renderer.width * renderer.height / MOST_PIXELS))))
-    pixels = np.empty((-(-renderer.height // step), -(-renderer.width // step), 3), np.uint8)
-    display = renderer.display
-    _copy_rows(renderer.canvas, pixels, step, renderer.srgb, display.part, display.scale)
+    """(h, w, 3) bytes of the picture for a moment; a byte may differ by one."""
+    pixels = np.empty((renderer.height, renderer.width, 3), np.uint8)
+    _copy_rows(renderer.canvas, pixels, renderer.srgb, renderer.display.part, renderer.display.scale)
     return pixels
 
 
@@ -135,15 +132,14 @@ def quick_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
 def _copy_rows(
     canvas: ti.template(),
     pixels: ti.types.ndarray(dtype=ti.u8, ndim=3),
-    step: ti.i32,
     srgb: ti.template(),
     tone: ti.template(),
     exposure: ti.f32,
 ):
-    """Every ``step``-th pixel of every ``step``-th row, the top row first."""
+    """Every pixel as bytes, the top row first."""
     for row in range(pixels.shape[0]):
         for column in range(pixels.shape[1]):
-            color = canvas[column * step, canvas.shape[1] - 1 - row * step]
+            color = canvas[column, canvas.shape[1] - 1 - row]
             if ti.static(srgb):
                 color = encode_srgb(tone.curve(tm.clamp(color * exposure, 0.0, tone.white)))
             for k in ti.static(range(3)):

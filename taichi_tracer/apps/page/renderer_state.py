@@ -7,6 +7,7 @@ pictures of one camera can be compared: side by side, or as their difference.
 
 import copy
 from argparse import ArgumentTypeError
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -59,7 +60,6 @@ class RendererState:
         shipped = [*shipped_environments(), *PARTS.names("environment")]
         self.environments = list(dict.fromkeys([*self._environments, *shipped, NO_NAME]))
         self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
-        self._has_chosen_light = environment is not None
         fix_white(renderer)
 
     @property
@@ -95,7 +95,7 @@ class RendererState:
             raise one_of("setting", name, [*LIVE, *values])
 
     def show(self, settings: RenderSettings) -> None:
-        """Show what settings ask for. For the first picture of light, a scene without light gets one.
+        """Show what settings ask for. Where light follows a view of the surfaces, a scene without light gets one.
 
         Raises:
             InputError: a name is unknown, or a value is out of its range.
@@ -126,7 +126,7 @@ class RendererState:
             self.renderer.camera.set_camera_parameters(fov=settings.fov)
 
     def checked(self, settings: RenderSettings) -> RenderSettings:
-        """The settings, with light where something is to be shown that needs it, and nobody has chosen any.
+        """The settings, with light where a view of the surfaces is followed by light, and there is none.
 
         Raises:
             InputError: a name is unknown; no name of a file is known.
@@ -137,8 +137,8 @@ class RendererState:
         for kind, name in (("triangle test", settings.triangle_test), ("lamp choice", settings.lamp_choice)):
             if name is not None:
                 PARTS.find(kind, name)
-        needs = chosen.needs_light and not self.scene.effects.is_lit and not self._has_chosen_light
-        return replace(settings, environment=USUAL_LIGHT) if needs else settings
+        begins = chosen.needs_light and not self.renderer.needs_light
+        return replace(settings, environment=USUAL_LIGHT) if begins and not self.scene.effects.is_lit else settings
 
     def find(self, name: str | None) -> tuple[type[ProgressiveRenderer], Integrator]:
         """The renderer class that offers something of this name, that of the present renderer first."""
@@ -162,7 +162,6 @@ class RendererState:
         if name != NO_NAME and name not in self._environments:
             self._environments[name] = load_environment(name, **self._light_options)
         scene.set_environment(self._environments.get(name))
-        self._has_chosen_light = True
 
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
@@ -360,3 +359,45 @@ def difference_of(left: ProgressiveRenderer, right: ProgressiveRenderer) -> tupl
     largest = round_up(float(np.percentile(values, BRIGHTEST)) or float(values.max()))
     text = f"difference of left and right, mean of red, green and blue; its mean is {values.mean():.3g}"
     return np.floor(255 * heat(values, largest) + 0.5).astype(np.uint8), Scale(largest, text)
+
+
+# ── under the pointer ──
+
+
+DIGITS = 4
+MOST_VALUES = 4096  # pixels whose numbers are shown at once
+
+
+def numbers_of(values: np.ndarray) -> str:
+    """Numbers in words: "0.52, 0.41, 0.3"; one number where all are the same."""
+    texts = [f"{value:.{DIGITS}g}" for value in values]
+    return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+
+
+def look_at(column: int, row: int, renderers: Sequence[ProgressiveRenderer]) -> dict[str, Any]:
+    """A pixel, its linear numbers in each picture that is shown, and what it sees, for a page.
+
+    Args:
+        column, row: of the pixel; the top left one is (0, 0). They are brought into the picture.
+    """
+    first = renderers[0]
+    column, row = min(column, first.width - 1), min(row, first.height - 1)
+    values = [numbers_of(one.image()[row, column]) for one in renderers]
+    hit = first.scene_data.intersect(*first.camera.rays(column, first.height - 1 - row))[0]
+    place = place_of(hit, first.scene_data) if hit.is_hit else "nothing"
+    return {"column": column, "row": row, "values": values, "place": place}
+
+
+def place_of(hit: Any, scene: Any) -> str:
+    """A hit in words: its position, its distance, the name of its material and the number of its primitive."""
+    material = scene.mesh.materials[hit.material_id].name
+    position = ", ".join(f"{x:.{DIGITS}g}" for x in hit.position)
+    return f"({position}), {hit.distance:.{DIGITS}g} away: {material}, primitive {hit.triangle_id}"
+
+
+def linear_values(renderer: ProgressiveRenderer, column: int, row: int, columns: int, rows: int) -> dict[str, Any]:
+    """The numbers of a region of pixels, row by row: red, green and blue, with three digits; none of too many."""
+    part = renderer.image()[row : row + rows, column : column + columns]
+    few = part.reshape(-1).tolist() if part.size <= 3 * MOST_VALUES else []
+    values = [float(f"{value:.3g}") if np.isfinite(value) else None for value in few]
+    return {"column": column, "row": row, "columns": part.shape[1], "values": values}

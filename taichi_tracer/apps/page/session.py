@@ -3,15 +3,21 @@
 The session belongs to one thread, which calls ``step`` again and again: Taichi's kernels must not be launched from
 several threads. Other threads ``post`` events and wait for frames. A frame is made only if somebody waits for one, so
 that a slow connection gets fewer frames instead of a queue of old ones.
+
+While Taichi translates a kernel, nothing else of a process runs. Of what is chosen, another process therefore renders a
+small picture first, while the old picture still moves; Taichi keeps its kernels in the cache of the user, from which
+this process then reads them.
 """
 
 import contextlib
 import html
 import shlex
+import subprocess
+import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,9 +36,16 @@ from taichi_tracer.apps.page.channel import (
     exact_pixels,
     quick_pixels,
 )
-from taichi_tracer.apps.page.compile_ahead import COSTS, START, Choice, compiling_process
-from taichi_tracer.apps.page.pixel_probe import linear_values, look_at
-from taichi_tracer.apps.page.renderer_state import OF_SCENE, Preview, RendererState, current, difference_of, read
+from taichi_tracer.apps.page.renderer_state import (
+    OF_SCENE,
+    Preview,
+    RendererState,
+    current,
+    difference_of,
+    linear_values,
+    look_at,
+    read,
+)
 from taichi_tracer.apps.pictures import as_command, as_python, camera_settings, first_renderer
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.picture.metrics import typical_error
@@ -53,6 +66,57 @@ MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 MOVING_BY = ("move", "key", "blur")
 POINTING = ("point", "look")  # events that change nothing of the picture
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
+
+
+# ── what takes time ──
+
+
+SIDE, SPP = 64, 2  # of the picture of the other process: two samples have an error, too
+START = 1.0  # seconds that the other process takes to start
+NOTICE = 0.15  # seconds in which a page can show that something will take time, before nothing runs
+# How long the first picture takes to compile, as a multiple of that of a view.
+COSTS = {"view": 1.0, "map": 2.0, "estimator": 3.0, "path": 4.0}
+
+
+@dataclass
+class Choice:
+    """Something that was chosen, and that takes time.
+
+    Attributes:
+        text: what happens, in words. about: seconds that it may take. take: shows what was chosen.
+        began: when it was chosen, on the clock of ``time.monotonic``.
+        process: the one that compiles; None if this one must.
+    """
+
+    text: str
+    about: float
+    take: Callable[[], None]
+    process: "subprocess.Popen | None" = None
+    began: float = field(default_factory=time.monotonic)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it can be shown now."""
+        if self.process is not None:
+            return self.process.poll() is not None
+        return time.monotonic() - self.began > NOTICE
+
+    def cancel(self) -> None:
+        """Give it up."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+
+def compiling_process(settings: RenderSettings, folder: str) -> subprocess.Popen:
+    """A process that compiles what a picture with these settings needs; its picture is written into a folder."""
+    small = replace(settings, size=(SIDE, SIDE), crop=None, bounces=(), spp=SPP, time=None, error=None, adaptive=None)
+    place = str(Path(folder) / "compiled.png")
+    words = [sys.executable, "-m", "taichi_tracer", "render", small.scene, *small.words(), "-o", place]
+    return subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+# ── the picture ──
 
 
 class Session(Channel):
