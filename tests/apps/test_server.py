@@ -12,31 +12,28 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from taichi_tracer.apps.page import server as module
-from taichi_tracer.apps.page.channel import Frame, checked
+from taichi_tracer.apps.page.channel import Frame
 from taichi_tracer.apps.page.server import LiveServer, open_server
+
+
+class Watchers(list):
+    """Pages that get one frame at once."""
+
+    def append(self, page):
+        super().append(page)
+        page.show(Frame(3, "png", b"picture", {"a": 1}))
 
 
 class Watched:
     """A session without a renderer, which has one frame."""
 
     def __init__(self):
-        self.events, self.came = [], threading.Event()
+        self.events, self.watchers = [], Watchers()
 
-    def post(self, event):
-        self.events.append(checked(event))
-        self.came.set()
-
-    def wait_for_frame(self, since, patience):
-        self.came.wait(patience if since >= 3 else 0)
-        return Frame(3, "png", b"picture", {"a": 1}) if since < 3 else None
-
-    errors_as_message = contextlib.nullcontext
-
-    def later(self, task):
-        task()
-
-    def file(self, kind):
-        return b"file"
+    def add(self, kind, members):
+        self.events.append((kind, members))
+        if kind == "save":
+            members["watcher"].send({"file": f"picture.{members['kind']}"}, b"file")
 
 
 @pytest.fixture

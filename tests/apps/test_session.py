@@ -10,8 +10,8 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.page import session as module
-from taichi_tracer.apps.page.channel import NO_FRAME
-from taichi_tracer.apps.page.session import Session
+from taichi_tracer.apps.page.channel import NO_FRAME, Watcher, checked
+from taichi_tracer.apps.page.session import MOST_EVENTS, Session
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.settings import RenderSettings
 
@@ -44,20 +44,35 @@ class Ticking:
         return self.seconds
 
 
+class Page:
+    """A page that shows each frame at once."""
+
+    is_ready, last = True, NO_FRAME
+
+    def show(self, frame):
+        self.last = frame
+
+
 @pytest.fixture(scope="module")
 def shared(scene):
-    return Session(tt.A1Renderer(scene, *SIZE).use("normal"), now=Ticking())
+    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"), now=Ticking())
+    session.watchers.append(Page())
+    return session
 
 
 @pytest.fixture
 def session(shared):
     """The session, as it was in the beginning."""
     for event in ({"type": "set", "name": "view", "value": "normal"}, {"type": "reset"}, {"type": "blur"}):
-        shared.post(event)
+        post(shared, event)
     shared.step(0.0)
     chosen(shared)
-    watch(shared)
     return shared
+
+
+def post(session, event):
+    """Let an event of a page wait."""
+    session.add(*checked(event))
 
 
 def moved(**motion):
@@ -70,25 +85,18 @@ def compared(mode):
     return {"type": "compare", "mode": mode, "side": "right", "equal": "samples"}
 
 
-def watch(session):
-    """Watch, and take the next frame."""
-    session.ask()
-
-
 def settle(session, most=200):
-    """Steps until nothing is left to do; the newest frame."""
+    """Steps until nothing is left to do; the newest frame, which the page has."""
     for _ in range(most):
-        watch(session)
         if not session.step(0.01) and not session.is_moving:
             break
-    return session.newest(0)
+    return session.frame
 
 
 def chosen(session):
     """Wait until what was chosen is shown."""
     end = time.monotonic() + 60
     while session.choice is not None and time.monotonic() < end:
-        watch(session)
         session.step(0.01)
 
 
@@ -109,21 +117,20 @@ def test_the_picture_at_rest_is_lossless(session):
 def test_dragging_orbits_and_sends_jpeg(session):
     settle(session)
     before = session.renderer.camera.eye
-    session.post(moved(orbit_x=0.1, orbit_y=0.05))
-    watch(session)
+    post(session, moved(orbit_x=0.1, orbit_y=0.05))
     session.step(0.0)
-    frame = session.newest(0)
+    frame = session.frame
     after = session.renderer.camera.eye
     assert frame.kind == "jpeg"
     assert not np.allclose(before, after)
     assert np.linalg.norm(after - session.renderer.camera.at) == pytest.approx(
         np.linalg.norm(before - session.renderer.camera.at), rel=1e-6
     )
-    session.post(moved(nearer=0.2))
-    session.post(moved(pan_x=0.1))
+    post(session, moved(nearer=0.2))
+    post(session, moved(pan_x=0.1))
     session.step(0.0)
     assert not np.allclose(session.renderer.camera.at, session.first_camera["at"])
-    session.post({"type": "reset"})
+    post(session, {"type": "reset"})
     settle(session)
     assert np.allclose(session.renderer.camera.eye, session.first_camera["eye"])
 
@@ -134,7 +141,7 @@ def test_choices_and_what_cannot_be_chosen(session):
         {"type": "set", "name": "triangle_test", "value": "moller_trumbore"},
         {"type": "set", "name": "fov", "value": 40},
     ):
-        session.post(event)
+        post(session, event)
         settle(session)
         chosen(session)
     assert session.renderer.active.name == "hit"
@@ -151,7 +158,7 @@ def test_choices_and_what_cannot_be_chosen(session):
         ({"type": "set", "name": "exposure", "value": "many"}, "exposure"),
         ({"type": "explain", "column": 40, "row": 0, "sample": 0}, "the column must be from 0 to 31"),
     ):
-        session.post(event)
+        post(session, event)
         session.step(0.0)
         chosen(session)
         assert message in session.message, event
@@ -167,31 +174,30 @@ def test_a_page_cannot_name_files_for_the_process_that_compiles(scene, monkeypat
         ("view", "x"),
         ("scene", "/etc/passwd"),
     ):
-        session.post({"type": "set", "name": name, "value": value})
+        post(session, {"type": "set", "name": name, "value": value})
         session.step(0.0)
         assert value in session.message
     assert started == []
 
 
 def test_cancel_keeps_what_was_shown(session):
-    session.post({"type": "set", "name": "view", "value": "mis"})
+    post(session, {"type": "set", "name": "view", "value": "mis"})
     session.step(0.0)
     assert "mis" in session.choice.text
-    session.post({"type": "cancel"})
+    post(session, {"type": "cancel"})
     session.step(0.0)
     assert session.choice is None
     assert session.renderer.active.name == "normal"
 
 
 def test_what_compiles_has_the_processors_for_itself(session):
-    session.post({"type": "set", "name": "view", "value": "mis"})
+    post(session, {"type": "set", "name": "view", "value": "mis"})
     settle(session)
     chosen(session)
     assert session.step(0.0)
     session.choose("something that takes long", 60.0, lambda: None, Endless())
     settle(session)
     samples = session.renderer.samples
-    watch(session)
     session.step(0.0)
     assert session.renderer.samples == samples > 0
     session.on_cancel()
@@ -199,35 +205,34 @@ def test_what_compiles_has_the_processors_for_itself(session):
 
 def test_two_pictures_get_the_same_number_of_samples(session):
     for event in ({"type": "set", "name": "view", "value": "nodes"}, compared("sides")):
-        session.post(event)
+        post(session, event)
         settle(session)
         chosen(session)
     for _ in range(20):
-        watch(session)
         session.step(0.0)
     left, right = (one.renderer.samples for one in session.sides)
     assert abs(left - right) <= 1 < left
-    session.post(compared("off"))
+    post(session, compared("off"))
     session.step(0.0)
     assert len(session.sides) == 1
 
 
 def test_two_views_beside_each_other_follow_the_camera(session):
     settle(session)
-    session.post(compared("sides"))
+    post(session, compared("sides"))
     session.step(0.0)
     chosen(session)
-    session.post(moved(orbit_x=0.1))
+    post(session, moved(orbit_x=0.1))
     assert pixels(settle(session)).shape == (SIZE[1], 2 * SIZE[0], 3)
-    session.post(compared("difference"))
+    post(session, compared("difference"))
     assert not pixels(settle(session)).any()
-    session.post(compared("off"))
+    post(session, compared("off"))
     session.step(0.0)
 
 
 def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     before = settle(session)
-    session.post({"type": "point", "column": 16, "row": 12})
+    post(session, {"type": "point", "column": 16, "row": 12})
     frame = settle(session)
     told = frame.state["pointed"]
     assert (told["column"], told["row"]) == (16, 12)
@@ -235,7 +240,7 @@ def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
     assert frame.number > before.number
     assert frame.news_after(before)[1] == b""
     assert frame.news_after(NO_FRAME)[1] == frame.data == before.data
-    session.post(moved(orbit_x=0.1))
+    post(session, moved(orbit_x=0.1))
     after = settle(session)
     assert after.news_after(frame)[1] == after.data != b""
 
@@ -243,9 +248,40 @@ def test_a_pixel_that_is_pointed_at_is_told_without_the_file_again(session):
 def test_nothing_is_rendered_while_nobody_watches(session):
     number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)
-    session.ask()
-    session._last_wait = -1e9
+    (page,) = session.watchers
+    page.is_ready, session._last_asked = False, -1e9
     for _ in range(5):
         session.step(0.01)
-    assert session.newest(0).number == number
+    assert session.frame.number == number
+    page.is_ready = True
     assert settle(session).number > number
+
+
+def test_ten_thousand_events_are_no_queue(session):
+    for k in range(10_000):
+        post(session, {"type": "point", "column": k, "row": 0})
+    events = session.take_events(0.0)
+    assert len(events) == MOST_EVENTS
+    assert events[-1] == ("point", {"column": 9999, "row": 0})  # the oldest ones are dropped
+    assert session.take_events(0.0) == []
+
+
+def test_a_page_that_is_behind_gets_the_newest_frame_alone(session):
+    settle(session)
+    sent = []
+    page = Watcher(session, lambda state, data: sent.append(state))
+    session.watchers.append(page)
+    try:
+        for _ in range(5):
+            post(session, moved(orbit_x=0.1))
+            settle(session)
+        assert len(sent) == 1
+        for _ in range(2):
+            page.post({"type": "ack", "id": sent[-1]["id"]})
+            settle(session)
+        assert page.last is session.frame
+        page.post({"type": "save", "kind": "png"})
+        session.step(0.0)
+        assert {"file": "picture.png"} in sent
+    finally:
+        session.watchers.remove(page)

@@ -1,13 +1,10 @@
-"""What goes between a page and the thread that renders: events, functions and frames.
+"""What goes between a page and the session: events and frames.
 
 Every value of an event is checked as strictly as an argument of the command line. Frames are quick pictures while the
-camera moves, and lossless ones at rest. One thread renders, because Taichi's kernels must not be launched from several
-threads. The others ``post`` events and wait for frames.
+camera moves, and lossless ones at rest.
 """
 
 import io
-import threading
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -161,98 +158,24 @@ def encoded(pixels: np.ndarray, kind: str) -> bytes:
     return file.getvalue()
 
 
-# ── between the threads ──
+# ── pages ──
 
 
 IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
-MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
-FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
-Event = tuple[str, dict[str, Any]]  # its type and its members
-
-
-class Channel:
-    """Events and functions that wait for the thread that renders, and the newest frame for those that wait for one.
-
-    Args:
-        now: the clock, in seconds.
-
-    Attributes:
-        is_asked: whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones arises.
-    """
-
-    def __init__(self, now: Callable[[], float]) -> None:
-        self.now = now
-        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
-        self._lock = threading.Condition()
-        self._frame = NO_FRAME
-        self.is_asked = False
-        self._last_wait = self.now()
-
-    def post(self, event: Any) -> None:
-        """Take an event.
-
-        Raises:
-            InputError: it is malformed; see ``checked``.
-        """
-        with self._lock:
-            self._events.append(checked(event))
-            self._lock.notify_all()
-
-    def later(self, task: Callable[[], object]) -> None:
-        """Let the session's own thread call a function, which may use the renderer."""
-        with self._lock:
-            self._events.append(("call", {"task": task}))
-            self._lock.notify_all()
-
-    def wait_for_frame(self, since: int, patience: float) -> Frame | None:
-        """The newest frame if it is newer than ``since``; None if none comes in time."""
-        self.ask()
-        with self._lock:
-            return self._lock.wait_for(lambda: self.newest(since), patience)
-
-    def newest(self, since: int) -> Frame | None:
-        """The newest frame if it is newer than ``since``."""
-        return self._frame if self._frame.number > since else None
-
-    def ask(self) -> None:
-        """Note that somebody takes the next frame at once."""
-        with self._lock:
-            self._last_wait = self.now()
-            self.is_asked = True
-            self._lock.notify_all()
-
-    def take_post(self) -> list[Event]:
-        """The events that have come since the last time."""
-        with self._lock:
-            events = list(self._events)
-            self._events.clear()
-        return events
-
-    def show(self, frame: Frame) -> None:
-        """Give a frame to everybody who waits for one."""
-        with self._lock:
-            self._frame = frame
-            self.is_asked = False
-            self._lock.notify_all()
-
-    @property
-    def is_watched(self) -> bool:
-        """Whether anybody has waited for a frame lately."""
-        return self.now() - self._last_wait < FORGOTTEN
 
 
 class Watcher:
     """A page that watches.
 
     Args:
-        channel: the session; see ``Session.file``, too. send: sends a state and the bytes of a picture or a file.
+        session: see ``session.Session``. send: sends a state and the bytes of a picture or a file.
 
     Attributes:
         last: the frame that was sent last. shown: the number of the last one that the page shows.
     """
 
-    def __init__(self, channel: Any, send: Callable[[dict[str, Any], bytes], None]) -> None:
-        self.channel, self.send = channel, send
+    def __init__(self, session: Any, send: Callable[[dict[str, Any], bytes], None]) -> None:
+        self.session, self.send = session, send
         self.last = NO_FRAME
         self.shown = 0
 
@@ -268,18 +191,12 @@ class Watcher:
         self.send(state, data)
 
     def post(self, event: Any) -> None:
-        """Give an event to the session, or note which frame the page shows: 0 is a page that has opened again.
+        """Give an event to the session.
 
         Raises:
             InputError: it is malformed; see ``checked``.
         """
         kind, members = checked(event)
-        if kind == "ack":
-            self.shown = max(self.shown, min(members["id"], self.last.number))
-            if members["id"] == 0:
-                self.last = NO_FRAME
-        elif kind == "save":
-            name = members["kind"]
-            self.channel.later(lambda: self.send({"file": f"picture.{name}"}, self.channel.file(name)))
-        else:
-            self.channel.post(event)
+        if kind in ("ack", "save"):
+            members["watcher"] = self
+        self.session.add(kind, members)

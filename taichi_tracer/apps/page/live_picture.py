@@ -30,6 +30,7 @@ class LivePicture(anywidget.AnyWidget):
         super().__init__()
         self.session = Session(renderer)
         self._watcher = Watcher(self.session, lambda state, data: self.send(state, [data]))
+        self.session.watchers.append(self._watcher)
         self._awake = asyncio.Event()
         self.on_msg(self._take)
         self._task = loop.create_task(self._run())
@@ -49,13 +50,7 @@ class LivePicture(anywidget.AnyWidget):
         if self.renderer.film.samples == 0:  # warming up would discard samples
             self.session.warm_up()
         while self.comm is not None:
-            if self._watcher.is_ready:
-                self.session.ask()
-            worked = self.session.step(0.0)
-            frame = self.session.newest(self._watcher.last.number)
-            if frame is not None and self._watcher.is_ready:
-                self._watcher.show(frame)
-            if worked:
+            if self.session.step(0.0):
                 await asyncio.sleep(0)
                 continue
             self._awake.clear()

@@ -12,7 +12,6 @@ import secrets
 import socket
 import struct
 import threading
-import time
 from collections.abc import Sequence
 from functools import partial
 from http import HTTPStatus
@@ -34,7 +33,6 @@ FIRST_PORT, LAST_PORT = 8765, 8865  # the server listens on the first free one
 MOST_BYTES = 64 * 1024  # of a message
 MOST_CONNECTIONS = 24  # at the same time, of those who have shown the token
 PATIENCE = 3.0  # seconds in which a connection must be opened, and in which the token must come
-LOOK = 0.1  # seconds between two looks at whether a page has shown its frames
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -112,7 +110,7 @@ class LiveServer:
         return answer(HTTPStatus.OK, (FOLDER / name).read_bytes(), kind)
 
     def talk(self, connection: ServerConnection) -> None:
-        """Take the token, then send frames in a thread of their own, and take events, until one of both ends."""
+        """Take the token, and then events, until one of both ends."""
         with contextlib.suppress(ConnectionClosed, TimeoutError):
             token = connection.recv(PATIENCE)
             if not isinstance(token, str) or not secrets.compare_digest(token.encode(), self.token.encode()):
@@ -120,31 +118,24 @@ class LiveServer:
             elif len(self._connections) >= MOST_CONNECTIONS:
                 connection.close(1013, f"at most {MOST_CONNECTIONS} connections at a time")
             else:
-                self._connections.add(connection)
-                try:
-                    self.take_events(connection)
-                finally:
-                    self._connections.remove(connection)
+                self.take_events(connection)
 
     def take_events(self, connection: ServerConnection) -> None:
         """Give the events of a page to the session, and say of each message what is wrong with it."""
         watcher = Watcher(self.session, partial(send, connection))
-        threading.Thread(target=self.send_frames, args=(connection, watcher), daemon=True).start()
-        for message in connection:
-            try:
-                watcher.post(json.loads(message))
-            except InputError as error:
-                watcher.send({"message": str(error)}, b"")
-            except (ValueError, RecursionError):
-                watcher.send({"message": "this is no JSON"}, b"")
-
-    def send_frames(self, connection: ServerConnection, watcher: Watcher) -> None:
-        """Send every frame that a page can take, until it is closed."""
-        while connection in self._connections:
-            if not watcher.is_ready:
-                time.sleep(LOOK / 10)
-            elif (frame := self.session.wait_for_frame(watcher.last.number, LOOK)) is not None:
-                watcher.show(frame)
+        self._connections.add(connection)
+        self.session.watchers.append(watcher)
+        try:
+            for message in connection:
+                try:
+                    watcher.post(json.loads(message))
+                except InputError as error:
+                    watcher.send({"message": str(error)}, b"")
+                except (ValueError, RecursionError):
+                    watcher.send({"message": "this is no JSON"}, b"")
+        finally:
+            self.session.watchers.remove(watcher)
+            self._connections.remove(connection)
 
 
 def send(connection: ServerConnection, state: dict[str, Any], data: bytes) -> None:

@@ -1,8 +1,8 @@
 """A picture that is watched from a browser or a notebook: it takes events, renders, and makes frames.
 
 The session belongs to one thread, which calls ``step`` again and again: Taichi's kernels must not be launched from
-several threads. Other threads ``post`` events and wait for frames. A frame is made only if somebody waits for one, so
-that a slow connection gets fewer frames instead of a queue of old ones.
+several threads. Other threads ``add`` events. A frame is made only if a page is ready for one, so that a slow
+connection gets fewer frames instead of a queue of old ones.
 
 While Taichi translates a kernel, nothing else of a process runs. Of what is chosen, another process therefore renders a
 small picture first, while the old picture still moves; Taichi keeps its kernels in the cache of the user, from which
@@ -14,8 +14,10 @@ import html
 import shlex
 import subprocess
 import sys
+import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -28,10 +30,11 @@ from taichi_tracer import camera_controller
 from taichi_tracer.apps.page.channel import (
     DIFFERENCE,
     EVENTS,
+    NO_FRAME,
     OFF,
     SIDES,
-    Channel,
     Frame,
+    Watcher,
     encoded,
     exact_pixels,
     quick_pixels,
@@ -64,6 +67,8 @@ TRIES = 5  # moving pictures that are tried, until their size is as coarse as th
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 MOST_PIXELS = 1920 * 1200  # of a picture that follows the size of the page
 MOVING_BY = ("move", "key", "blur")
+MOST_EVENTS = 2000  # that wait; when there are more, the oldest ones are dropped
+FORGOTTEN = 10.0  # seconds without a page that is ready for a frame: then nothing is rendered
 POINTING = ("point", "look")  # events that change nothing of the picture
 COMPILES = ("view", "environment", *OF_SCENE)  # settings of which another value may compile kernels
 
@@ -119,14 +124,17 @@ def compiling_process(settings: RenderSettings, folder: str) -> subprocess.Popen
 # ── the picture ──
 
 
-class Session(Channel):
-    """One live picture: what is shown, what was chosen, and the newest frame; ``Channel`` has what other threads call.
+class Session:
+    """One live picture: what is shown, what was chosen, and the newest frame.
 
     Args:
         renderer: what is shown first.
         settings: what the program was started with; None in a notebook. With them, kernels are compiled ahead by
             another process, and the picture gets the size of the page, unless they have a size.
         now: the clock, in seconds.
+
+    Attributes:
+        watchers: the pages that get frames.
     """
 
     def __init__(
@@ -135,8 +143,11 @@ class Session(Channel):
         settings: RenderSettings | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(now)
-        self.settings = settings
+        self.now, self.settings = now, settings
+        self._events: deque[tuple[str, dict[str, Any]]] = deque(maxlen=MOST_EVENTS)
+        self._lock = threading.Condition()
+        self.frame, self.watchers = NO_FRAME, list[Watcher]()
+        self._last_asked = self.now()
         self.follows_size = settings is not None and settings.size is None and settings.crop is None
         self.keys: set[str] = set()
         self.stay()
@@ -212,6 +223,20 @@ class Session(Channel):
         """What the kernels of a picture depend on, of what can be chosen."""
         return (*(getattr(settings, name) for name in ("view", *OF_SCENE)), settings.environment == NO_NAME)
 
+    def add(self, kind: str, members: dict[str, Any]) -> None:
+        """Let an event wait, see ``channel.checked``."""
+        with self._lock:
+            self._events.append((kind, members))
+            self._lock.notify_all()
+
+    def take_events(self, patience: float) -> list[tuple[str, dict[str, Any]]]:
+        """The events that have come since the last time; it waits for the first one."""
+        with self._lock:
+            self._lock.wait_for(lambda: self._events, patience)
+            events = list(self._events)
+            self._events.clear()
+        return events
+
     def step(self, patience: float = 0.05) -> bool:
         """Take the events, move the camera, render for a moment and make a frame if one is wanted.
 
@@ -221,13 +246,11 @@ class Session(Channel):
         Returns:
             Whether anything was done.
         """
-        with self._lock:
-            if not self._events:
-                self._lock.wait(min(self.seconds_of_rest(), patience))
-        events = self.take_post()
+        events = self.take_events(min(self.seconds_of_rest(), patience))
         self.take(events)
         if any(kind in POINTING for kind, _ in events):
             self.make_frame()  # at once: the next sample may take long
+        self.send_frame()
         self.take_choice()
         is_busy = self.seconds_of_rest() == 0
         if is_busy:
@@ -263,9 +286,16 @@ class Session(Channel):
         """Whether something was moved or chosen since the last frame, or a moment ago."""
         return bool(self.keys) or self._moved_at > self.framed_at or self.now() - self._moved_at < MOVING
 
+    @property
+    def is_asked(self) -> bool:
+        """Whether a page can take a frame."""
+        return any(one.is_ready for one in self.watchers)
+
     def seconds_of_rest(self) -> float:
         """Seconds until a sample or a frame is due; 0 if one is due, and infinite if nothing is missing."""
-        if not self.is_watched:
+        if self.is_asked:
+            self._last_asked = self.now()
+        if self.now() - self._last_asked > FORGOTTEN:
             return np.inf
         is_growing = any(one.is_random for one in self.renderers) and not self.is_moving
         if not self.is_asked and not is_growing:
@@ -312,9 +342,10 @@ class Session(Channel):
     def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> None:
         """Do what events ask for."""
         for kind, members in events:
-            if kind not in (*MOVING_BY, *POINTING):
+            if kind not in (*MOVING_BY, *POINTING, "ack"):
                 self.message = ""
-            self._note_change(kind not in POINTING)
+            if kind != "ack":
+                self._note_change(kind not in POINTING)
             with self.errors_as_message():
                 getattr(self, f"on_{kind}")(**members)
 
@@ -418,9 +449,18 @@ class Session(Channel):
 
         self.choose(f"loading {name}", COSTS["estimator"] * self._unit, take)
 
-    def on_call(self, task: Callable[[], object]) -> None:
-        """Call a function of another thread."""
-        task()
+    def on_ack(self, id: int, watcher: Watcher) -> None:
+        """Note which frame a page shows: 0 is a page that has opened again."""
+        watcher.shown = max(watcher.shown, min(id, watcher.last.number))
+        if id == 0:
+            watcher.last = NO_FRAME
+
+    def on_save(self, kind: str, watcher: Watcher) -> None:
+        """Send a page the picture as a file, as ``renderer.save`` writes it: "png" or "exr"."""
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / f"picture.{kind}"
+            current(self.renderer).save(path)
+            watcher.send({"file": path.name}, path.read_bytes())
 
     def on_expose(self) -> None:
         """Choose the exposure that shows the picture well."""
@@ -504,15 +544,15 @@ class Session(Channel):
     # ── frames ──
 
     def make_frame(self) -> bool:
-        """Make a frame if somebody takes it and the picture, or what is said about it, is new; whether one was made."""
+        """Make and send a frame if a page takes one and anything is new of the picture or beside it; whether it was."""
         self.look_at_error()
         if self.seconds_to_frame() > 0:
             return False
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if self.is_moving else exact_pixels
         shown = self.renderers if self.coarse is None else [self.coarse]
-        data = self._frame.data
-        if self._has_new_picture or kind != self._frame.kind:
+        data = self.frame.data
+        if self._has_new_picture or kind != self.frame.kind:
             if self.mode == DIFFERENCE:
                 pixels, self.scale = difference_of(*self.renderers)
             else:
@@ -520,8 +560,15 @@ class Session(Channel):
             data = encoded(pixels, kind)
         self._has_new_picture, self.framed_at = False, self.now()
         self._due = np.inf if kind == "png" else self._moved_at + MOVING  # then the lossless picture follows
-        self.show(Frame(self._frame.number + 1, kind, data, self.page_state(shown)))
+        self.frame = Frame(self.frame.number + 1, kind, data, self.page_state(shown))
+        self.send_frame()
         return True
+
+    def send_frame(self) -> None:
+        """Send the newest frame to the pages that do not have it and can take it."""
+        for one in [*self.watchers]:
+            if one.is_ready and one.last.number < self.frame.number:
+                one.show(self.frame)
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
@@ -578,17 +625,6 @@ class Session(Channel):
             "explanation": self.explanation,
             "explained": self.explained,
         }
-
-    def file(self, kind: str) -> bytes:
-        """The picture as a file, as ``renderer.save`` writes it: "png" or "exr".
-
-        Raises:
-            InputError: the library that writes it is not installed.
-        """
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / f"picture.{kind}"
-            current(self.renderer).save(path)
-            return path.read_bytes()
 
 
 def error_of(renderer: ProgressiveRenderer) -> dict[str, Any]:
