@@ -300,12 +300,16 @@ def camera_for(settings: RenderSettings, view: dict) -> dict:
     if settings.fov is not None or settings.window is not None:
         changed.pop("fov", None)
         changed.pop("screen_window", None)
-    changed |= settings.given("eye", "at", "up", "fov", "handedness")
-    if settings.window is not None:
-        changed["screen_window"] = settings.window
+    changed |= camera_arguments(settings)
     width, height = settings.size
     is_parallel = issubclass(PARTS.find("camera", changed.get("projection", "perspective")), OrthographicCamera)
     return without_angle(changed, width / height) if is_parallel else changed
+
+
+def camera_arguments(settings: RenderSettings) -> dict[str, Any]:
+    """The arguments of ``set_camera_parameters`` that settings give."""
+    window = {} if settings.window is None else {"screen_window": settings.window}
+    return settings.given("eye", "at", "up", "fov", "handedness") | window
 
 
 def first_renderer(settings: RenderSettings, begins_lit: bool = False) -> ProgressiveRenderer:
@@ -515,16 +519,13 @@ def as_python(renderer: ProgressiveRenderer) -> str:
     if given := scene.lights[scene.lights_of_file :]:
         of_scene["lights"] = [one if isinstance(one, GivenLight) else one.name for one in given]
     lines.append(call("scene = tt.load_scene_data", repr(settings.scene), f"environment={light}", **of_scene))
-    camera = camera_settings(renderer.camera)
-    kind, window, fov = camera.pop("camera"), camera.pop("window"), camera.pop("fov")
-    camera |= {"fov": fov} if window is None else {"screen_window": window}
     if "crop" in options:
         of_renderer["crop"] = renderer.film.crop
-    if kind != "perspective":
-        of_renderer["camera"] = kind
+    if settings.camera != "perspective":
+        of_renderer["camera"] = settings.camera
     name = f"tt.{cls.__name__}" if hasattr(taichi_tracer, cls.__name__) else cls.__name__
     lines.append(call(f"renderer = {name}", "scene", str(renderer.width), str(renderer.height), **of_renderer))
-    lines.append(call("renderer.camera.set_camera_parameters", **camera))
+    lines.append(call("renderer.camera.set_camera_parameters", **camera_arguments(settings)))
     for name, value in changed_values(renderer).items():
         is_attribute, text = hasattr(type(renderer), name), repr(value)
         lines.append(f"renderer.{name} = {text}" if is_attribute else f"renderer.change({name!r}, {text})")
