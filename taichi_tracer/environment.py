@@ -153,13 +153,10 @@ class Environment(KnownAttributes):
     def radiance(self, direction):
         """The radiance that arrives from a unit direction."""
         u, v = self.coords(direction)
-        value = tm.vec3(0)
-        if ti.static(self.lookup == "nearest"):
-            row, column = self.texel_of(u, v)
-            value = self.texels[row, column]
-        else:
-            value = self.bilinear(u, v)
-        return self.settings[0, 0] * value
+        if ti.static(self.lookup == "bilinear"):
+            return self.settings[0, 0] * self.bilinear(u, v)
+        row, column = self.texel_of(u, v)
+        return self.settings[0, 0] * self.texels[row, column]
 
     @ti.func
     def bilinear(self, u, v):
@@ -172,11 +169,6 @@ class Environment(KnownAttributes):
         above = self.texels[top, left] + fx * (self.texels[top, right] - self.texels[top, left])
         below = self.texels[bottom, left] + fx * (self.texels[bottom, right] - self.texels[bottom, left])
         return above + fy * (below - above)
-
-    @ti.func
-    def constant_radiance(self):
-        """``radiance`` of an environment that is the same in every direction."""
-        return self.settings[0, 0] * self.texels[0, 0]
 
     @ti.func
     def query_ray(self, ray):

@@ -354,10 +354,9 @@ class Geometry:
     @ti.func
     def number(self, primitive_id):
         """The number of a primitive in memory: its id, unless objects stand in several places."""
-        number = primitive_id
         if ti.static(self.effects.instances):
-            number = self.places.number(primitive_id)
-        return number
+            return self.places.number(primitive_id)
+        return primitive_id
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):

@@ -228,12 +228,15 @@ class MaterialLibrary:
     @compile_time
     def get(self, material_id):
         """The numbers of one material, as a struct. The compiler removes the reads of numbers that are not used."""
-        values, column, material_id = {}, 0, self.row(material_id)
-        for name, default in self.members.items():
-            numbers = [element(self.table, material_id, column + k) for k in range(np.size(default))]
-            values[name] = variable(tm.vec3(*numbers) if len(numbers) == 3 else numbers[0])
-            column += len(numbers)
-        return self._struct(**values)
+        return self._struct(**{name: self.value(material_id, name) for name in self.members})
+
+    @compile_time
+    def value(self, material_id, name):
+        """One number, or one colour, of a material."""
+        names, sizes = list(self.members), [np.size(default) for default in self.members.values()]
+        row, first = self.row(material_id), sum(sizes[: names.index(name)])
+        numbers = [element(self.table, row, k) for k in range(first, first + np.size(self.members[name]))]
+        return variable(tm.vec3(*numbers) if len(numbers) == 3 else numbers[0])
 
     @compile_time
     def row(self, material_id):
@@ -367,10 +370,9 @@ class Textures:
     @ti.func
     def coordinates_at(self, hit):
         """(u, v) of a hit; 0 where no surface has a picture."""
-        uv = tm.vec2(0)
         if ti.static(self.has_pictures):
-            uv = self.between(self.coordinates, hit, hit.barycentric_coords)
-        return uv
+            return self.between(self.coordinates, hit, hit.barycentric_coords)
+        return tm.vec2(0)
 
     @ti.func
     def bilinear(self, place, uv):

@@ -20,7 +20,7 @@ from taichi_tracer.system.parts import PARTS, overridable, register, replaced
 
 @ti.data_oriented
 @overridable(
-    *("search", "query_segment", "is_blocked", "triangle_hit"),
+    *("search", "query_segment", "is_blocked"),
     intersect_triangle="HitData",
     query_ray="HitData",
     is_occluded="truth",
@@ -69,7 +69,12 @@ class RayIntersector:
     @ti.func
     def intersect_triangle(self, ray, triangle_id):
         """HitData of the ray on one triangle, with t > 0. Other triangles are not considered (A1-14)."""
-        return self.triangle_hit(ray, triangle_id, 0.0)
+        corners, hit = self.geometry.triangle(triangle_id), no_hit()
+        if self.is_legal(ray):
+            t, u, v = self.try_corners(ray, self.ray_bounds(ray), triangle_id, triangle_id, corners, 1)
+            if t > 0:
+                hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
+        return hit
 
     @ti.func
     def query_ray(self, ray):
@@ -89,14 +94,15 @@ class RayIntersector:
 
         If several hits have the same t, the lowest id counts. This form tries every primitive.
         """
-        nearest, best = no_hit(), t_max
-        for primitive_id in range(self.geometry.n_primitives):
-            hit = self.intersect_primitive(ray, primitive_id, t_min)
-            if hit.is_hit and t_min < hit.distance and hit.distance < best:
-                nearest, best = hit, hit.distance
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
+        bounds = self.ray_bounds(ray)
+        for primitive_id in range(ti.select(self.is_legal(ray), self.geometry.n_primitives, 0)):
+            t, u, v = self.try_primitive(ray, bounds, primitive_id, t_min)
+            if t_min < t and t < best:
+                best, best_id, best_u, best_v = t, primitive_id, u, v
                 if ti.static(any_hit):
                     break
-        return nearest
+        return self.found(ray, best, best_id, best_u, best_v, any_hit)
 
     @ti.func
     def query_segment(self, ray, t_min, t_max):
@@ -104,49 +110,71 @@ class RayIntersector:
 
         A replaced ``query_ray`` has no argument t_min. Therefore it gets a ray that starts at the point r(t_min).
         """
-        hit = no_hit()
         if ti.static("query_ray" in self.replaced):
             hit = self.query_ray(Ray(origin=ray.at(t_min), direction=ray.direction))
             hit.distance += t_min
             if not (hit.is_hit and hit.distance < t_max):
                 hit = no_hit()
-        else:
-            hit = self.search(ray, t_min, t_max, False)
-        return self.with_exact_distance(ray, hit, t_min, t_max)
+            return self.with_exact_distance(ray, hit, t_min, t_max)
+        return self.with_exact_distance(ray, self.search(ray, t_min, t_max, False), t_min, t_max)
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
         """Whether anything is hit with t_min < t < t_max."""
-        blocked = False
         if ti.static("is_occluded" in self.replaced):
-            blocked = self.is_occluded(Ray(origin=ray.at(t_min), direction=ray.direction), t_max - t_min)
-        elif ti.static("query_ray" in self.replaced):
-            blocked = self.query_segment(ray, t_min, t_max).is_hit != 0
-        else:
-            blocked = self.search(ray, t_min, t_max, True).is_hit != 0
-        return blocked
+            return self.is_occluded(Ray(origin=ray.at(t_min), direction=ray.direction), t_max - t_min)
+        if ti.static("query_ray" in self.replaced):
+            return self.query_segment(ray, t_min, t_max).is_hit != 0
+        return self.search(ray, t_min, t_max, True).is_hit != 0
 
     @ti.func
-    def intersect_primitive(self, ray, primitive_id, t_min):
-        """HitData of one primitive. Only here are triangles and spheres distinguished."""
-        hit, index = no_hit(), primitive_id
+    def try_primitive(self, ray, bounds, primitive_id, t_min):
+        """(t, u, v) of the ray on one triangle or sphere, beyond t_min if it is a sphere; t is −∞ for a miss."""
+        t, u, v, index = -tm.inf, 0.0, 0.0, primitive_id
         if ti.static(self.geometry.effects.spheres):
             index = self.geometry.primitives[primitive_id]
             if index < 0:
-                hit = self.sphere_hit(ray, -1 - index, t_min)
+                t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
         if index >= 0:
             if ti.static("intersect_triangle" in self.replaced):
                 hit = self.intersect_triangle(ray, index)
-                if ti.static(self.geometry.effects.holes):
-                    if hit.is_hit:
-                        u, v = hit.barycentric_coords.x, hit.barycentric_coords.y
-                        if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[index], index, u, v):
-                            hit = no_hit()
+                u, v = hit.barycentric_coords.x, hit.barycentric_coords.y
+                if hit.is_hit and not self.is_hole(index, u, v):
+                    t = hit.distance
             else:
-                hit = self.triangle_hit(ray, index, t_min)
-        if ti.static(self.geometry.effects.spheres):
-            hit.triangle_id = ti.select(hit.is_hit, primitive_id, -1)
+                t, u, v = self.try_corners(ray, bounds, primitive_id, index, self.geometry.triangle(index), 1)
+        return t, u, v
+
+    @ti.func
+    def found(self, ray, t, primitive_id, u, v, any_hit: ti.template()):
+        """What ``search`` returns for the best that it found; ``primitive_id`` is −1 if it found nothing."""
+        hit = no_hit()
+        if primitive_id >= 0:
+            if ti.static(any_hit):
+                hit.is_hit = 1
+            else:
+                hit = self.describe(ray, t, primitive_id, u, v)
         return hit
+
+    @ti.func
+    def describe(self, ray, t, primitive_id, u, v):
+        """HitData of one primitive, from what ``try_primitive`` found."""
+        if ti.static(not self.geometry.effects.spheres):
+            return self.triangle_hit(ray, t, primitive_id, u, v)
+        hit, index = no_hit(), self.geometry.primitives[primitive_id]
+        if index < 0:
+            hit = self.describe_sphere(ray, t, -1 - index)
+        else:
+            hit = self.triangle_hit(ray, t, index, u, v)
+        hit.triangle_id = primitive_id
+        return hit
+
+    @ti.func
+    def triangle_hit(self, ray, t, triangle_id, u, v):
+        """HitData of one triangle, from what ``try_primitive`` found; or as a student's method says it."""
+        if ti.static("intersect_triangle" in self.replaced):
+            return self.intersect_triangle(ray, triangle_id)
+        return self.describe_triangle(ray, t, triangle_id, u, v, self.geometry.triangle(triangle_id))
 
     @ti.func
     def with_exact_distance(self, ray, hit, t_min, t_max):
@@ -173,21 +201,11 @@ class RayIntersector:
                     index = self.geometry.primitives[hit.triangle_id]
                 if index >= 0:  # the t of a sphere is exact already
                     hit.distance = self.exact_distance(ray, hit.distance, self.geometry.triangle(index), t_min, t_max)
-        else:
+        elif ti.static(len(self.replaced) > 0):
             hit = no_hit()
         return hit
 
     # ── one triangle, one sphere ──
-
-    @ti.func
-    def triangle_hit(self, ray, triangle_id, t_min):
-        """HitData of one triangle beyond t_min."""
-        corners, hit = self.geometry.triangle(triangle_id), no_hit()
-        if self.is_legal(ray):
-            t, u, v = self.try_corners(ray, self.ray_bounds(ray), triangle_id, triangle_id, corners, 1)
-            if t_min < t:
-                hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
-        return hit
 
     @ti.func
     def try_corners(self, ray, bounds, primitive_id, triangle_id, corners, facing):
@@ -205,20 +223,17 @@ class RayIntersector:
         if ti.static(self.geometry.effects.culling):
             if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) * facing > 0:
                 t = -tm.inf
-        if ti.static(self.geometry.effects.holes):
-            if t > -tm.inf:
-                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
-                    t = -tm.inf
+        if t > -tm.inf and self.is_hole(triangle_id, u, v):
+            t = -tm.inf
         return t, u, v
 
     @ti.func
-    def sphere_hit(self, ray, sphere_id, t_min):
-        """HitData of one sphere, where the ray enters it; where it leaves it, if the entry is not beyond t_min."""
-        t = self.sphere_candidate(ray, self.ray_bounds(ray), sphere_id, t_min)
-        hit = no_hit()
-        if self.is_legal(ray) and t_min < t:
-            hit = self.describe_sphere(ray, t, sphere_id)
-        return hit
+    def is_hole(self, triangle_id, u, v):
+        """Whether the texture of a triangle has a hole at a point."""
+        if ti.static(self.geometry.effects.holes):
+            material_id = self.geometry.triangle_material_ids[triangle_id]
+            return self.geometry.textures.is_hole(material_id, triangle_id, u, v)
+        return False
 
     @ti.func
     def is_legal(self, ray):

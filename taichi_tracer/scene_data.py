@@ -133,6 +133,7 @@ class SceneData(KnownAttributes):
 
     @environment.setter
     def environment(self, environment: EnvironmentChoice) -> None:
+        """Replace the light from far away. The argument may be anything that the constructor takes."""
         self._environment, self.is_light_open = load_environment(environment), False
         self._changed()
 
@@ -143,16 +144,11 @@ class SceneData(KnownAttributes):
 
     @background.setter
     def background(self, background: BackgroundChoice) -> None:
+        """Replace the picture behind the scene. The argument may be anything that the constructor takes."""
         self._background = load_background(background)
         self._changed()
 
-    def set_environment(self, environment: EnvironmentChoice) -> None:
-        """Replace the light from far away. The argument may be anything that the constructor takes."""
-        self.environment = environment
-
-    def set_background(self, background: BackgroundChoice) -> None:
-        """Replace the picture behind the scene. The argument may be anything that the constructor takes."""
-        self.background = background
+    set_environment, set_background = environment.fset, background.fset  # type: ignore[attr-defined]
 
     def _changed(self) -> None:
         self.effects = self.geometry.effects = derive(self, self._blockers)

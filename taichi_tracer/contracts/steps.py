@@ -46,7 +46,7 @@ def steps_of(part: Any) -> list[tuple[str, Callable[[], Any]]]:
 
 def check_of_intersector(part: Any) -> Callable:
     """To the last bit; or up to rounding, if it has a test of triangles of its own."""
-    is_own = {"intersect_triangle", "query_ray", "triangle_hit"} & set(replaced(part))
+    is_own = {"intersect_triangle", "query_ray"} & set(replaced(part))
     return intersectors.check_equals_the_packages if is_own else intersectors.check_intersector
 
 

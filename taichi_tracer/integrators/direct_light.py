@@ -53,10 +53,9 @@ def light_along(scene: ti.template(), surface, w_i, factor):
     The caller multiplies L by ``factor``. If ``factor`` is 0, no ray is sent, and L is 0.
     """
     light, hit = scene.visible(surface, w_i, factor)
-    pdf = 0.0
     if ti.static(scene.samples_lights):
-        pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
-    return light, pdf
+        return light, scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
+    return light, 0.0
 
 
 @ti.func

@@ -62,11 +62,10 @@ class TextureCoordinates(RT3Integrator):
     @ti.func
     def color(self, scene, ray, hit):
         """(u − ⌊u⌋, v − ⌊v⌋, 0)."""
-        color = tm.vec3(0)
         if ti.static(scene.effects.textures):
             uv = scene.textures.coordinates_at(hit)
-            color = tm.vec3(uv - ti.floor(uv), 0)
-        return color
+            return tm.vec3(uv - ti.floor(uv), 0)
+        return tm.vec3(0)
 
 
 @register

@@ -80,13 +80,11 @@ class SceneInKernels:
     @ti.func
     def behind(self, ray, hit, rng):
         """What a ray shows if it hits nothing: the background of the picture, or the lights that it sees."""
-        value = tm.vec3(0)
         if ti.static(self.effects.background):
-            value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
-        else:
-            value = self.lights.arriving(ray, hit)
-            for light in ti.static(self.lights.single):
-                value += light.radiance(ray, hit)
+            return self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
+        value = self.lights.arriving(ray, hit)
+        for light in ti.static(self.lights.single):
+            value += light.radiance(ray, hit)
         return value
 
     @ti.func
@@ -95,15 +93,14 @@ class SceneInKernels:
 
         Where a student's method finds what a ray hits, this may be a lamp anywhere.
         """
-        may = True
-        if ti.static(len(self.lights.far) == 0 and len(replaced(self.search)) == 0):
-            may = False
-            if ti.static(self.lights.has_lamps):
-                low, high = self.lights.lamps.corners[0], self.lights.lamps.corners[1]
-                bounds = self.ray_intersector.ray_bounds(ray)
-                t_near, t_far = box_interval(bounds, tm.vec3(low), tm.vec3(high), 0.0, tm.inf)
-                may = t_near <= t_far
-        return may
+        if ti.static(len(self.lights.far) > 0 or len(replaced(self.search)) > 0):
+            return True
+        if ti.static(not self.lights.has_lamps):
+            return False
+        low, high = self.lights.lamps.corners[0], self.lights.lamps.corners[1]
+        bounds = self.ray_intersector.ray_bounds(ray)
+        t_near, t_far = box_interval(bounds, tm.vec3(low), tm.vec3(high), 0.0, tm.inf)
+        return t_near <= t_far
 
     @ti.func
     def visible_radiance(self, surface, w_i, factor):
@@ -178,7 +175,6 @@ def seen_from(material, is_backfacing):
 @ti.func
 def may_meet(effects: ti.template(), surface, w_i):
     """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
-    may = True
     if ti.static(effects.blockers == "backs"):
-        may = surface.hit.is_backfacing != 0 or tm.dot(surface.geometric_normal, w_i) <= 0
-    return may
+        return surface.hit.is_backfacing != 0 or tm.dot(surface.geometric_normal, w_i) <= 0
+    return True

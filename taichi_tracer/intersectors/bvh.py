@@ -12,7 +12,6 @@ from taichi_tracer.formulas.boxes import box_interval
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors import bvh_build
-from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory
 from taichi_tracer.system.parts import overridable, register
@@ -63,7 +62,7 @@ class BVHRayIntersector(RayIntersector):
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
         """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
-        nearest, best = no_hit(), t_max
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         bounds = self.ray_bounds(ray)
         stack = ti.Vector([0] * self.stack_size, ti.i32)
         waiting = ti.cast(self.is_legal(ray), ti.i32)  # 1: the root, node 0, waits on the stack
@@ -78,15 +77,14 @@ class BVHRayIntersector(RayIntersector):
                     stack[waiting + 1] = self.first[node] + 1 - first_is_near
                     waiting += 2
                 for i in range(self.first[node], self.first[node] + self.count[node]):
-                    hit = self.intersect_primitive(ray, self.order[i], t_min)
-                    if hit.is_hit and t_min < hit.distance:
-                        is_first_of_equals = hit.distance == best and hit.triangle_id < nearest.triangle_id
-                        if hit.distance < best or is_first_of_equals:
-                            nearest, best = hit, hit.distance
+                    primitive_id = self.order[i]
+                    t, u, v = self.try_primitive(ray, bounds, primitive_id, t_min)
+                    if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                        best, best_id, best_u, best_v = t, primitive_id, u, v
                 if ti.static(any_hit):
-                    if nearest.is_hit:
+                    if best_id >= 0:
                         waiting = 0
-        return nearest
+        return self.found(ray, best, best_id, best_u, best_v, any_hit)
 
 
 def nodes_of(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

@@ -158,10 +158,9 @@ class LeafBlocks:
 
         At an empty place, the vertices are NaN, and no condition holds.
         """
-        mask = (2 << used) - 2
         if ti.static(self.test):
-            mask = lanes_of(self.test(self, ray, aim, block))
-        return mask
+            return lanes_of(self.test(self, ray, aim, block))
+        return (2 << used) - 2
 
     @compile_time
     def edges(self, aim, block):

@@ -28,7 +28,6 @@ from taichi_tracer.intersectors.leaf_blocks import (
     may_pass_inside,
     primitives_at_once,
 )
-from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.compile_time import compile_time, element, variable
@@ -110,38 +109,13 @@ class WideBVH(RayIntersector):
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
-        hit = no_hit()
-        t, primitive_id, u, v, place = self.find(ray, t_min, t_max, any_hit)
-        if primitive_id >= 0:
-            if ti.static(any_hit):
-                hit.is_hit = 1
-            else:
-                hit = self.describe(ray, t, primitive_id, u, v, place)
-        return hit
+        """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``.
 
-    @ti.func
-    def describe(self, ray, t, primitive_id, u, v, place):
-        """HitData of the primitive at a place, from t and barycentric coordinates."""
-        hit, index = no_hit(), primitive_id
-        if ti.static(self.geometry.effects.spheres):
-            index = self.geometry.primitives[primitive_id]
-            if index < 0:
-                hit = self.describe_sphere(ray, t, -1 - index)
-        if index >= 0:
-            hit = self.describe_triangle(ray, t, index, u, v, self.blocks.triangle(place))
-        hit.triangle_id = primitive_id
-        return hit
-
-    @ti.func
-    def find(self, ray, t_min, t_max, any_hit: ti.template()):
-        """(t, id, u, v, place) of the hit that ``search`` asks for; the id is −1 if there is none.
-
-        For places, see ``leaf_blocks``. The search for any hit ends at the first one. Therefore the children of a node
-        are not sorted by their distance: that would take more time than it saves.
+        The search for any hit ends at the first one. Therefore the children of a node are not sorted by their distance:
+        that would take more time than it saves.
         """
         bounds, aim = self.ray_bounds(ray), aim_of(ray)
-        best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
         top = 0
@@ -157,8 +131,8 @@ class WideBVH(RayIntersector):
                 else:
                     following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
-                best, best_id, best_u, best_v, best_place = self.search_leaf(
-                    reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
+                best, best_id, best_u, best_v = self.search_leaf(
+                    reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v
                 )
                 if ti.static(any_hit):
                     if best_id >= 0:
@@ -168,7 +142,7 @@ class WideBVH(RayIntersector):
                 if ti.static(any_hit) or waiting_t[top] <= best:
                     following = waiting[top]
             reference = following
-        return best, best_id, best_u, best_v, best_place
+        return self.found(ray, best, best_id, best_u, best_v, any_hit)
 
     @ti.func
     def enter_any(self, waiting: ti.template(), top, node, mask):
@@ -249,7 +223,7 @@ class WideBVH(RayIntersector):
         return self.blocks.test is may_pass_inside and not (effects.spheres or effects.culling or effects.holes)
 
     @ti.func
-    def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place):
+    def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v):
         """The nearest hit in a leaf, if it is nearer than the best one so far, which is given; otherwise that one."""
         first, count = leaf_range(reference)
         for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
@@ -266,17 +240,18 @@ class WideBVH(RayIntersector):
                         t, u, v, w = self.solved(ray, aim, place, u_edge[lane], v_edge[lane], w_edge[lane], t)
                         if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                             total = u + v + w
-                            best, best_id, best_u, best_v, best_place = t, primitive_id, v / total, w / total, place
+                            best, best_id, best_u, best_v = t, primitive_id, v / total, w / total
             else:
                 used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
                 mask = self.blocks.candidates(ray, aim, block, used)
                 while mask != 0:
                     place = (block << BLOCK_BITS) + first_lane(mask)
                     mask &= mask - 1
-                    t, u, v, primitive_id = self.try_primitive(place, ray, bounds, t_min)
+                    primitive_id = self.blocks.primitive(place)
+                    t, u, v = self.try_at(place, ray, bounds, t_min)
                     if t_min < t and (t < best or (t == best and primitive_id < best_id)):
-                        best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
-        return best, best_id, best_u, best_v, best_place
+                        best, best_id, best_u, best_v = t, primitive_id, u, v
+        return best, best_id, best_u, best_v
 
     @ti.func
     def solved(self, ray, aim, place, u, v, w, t):
@@ -292,15 +267,14 @@ class WideBVH(RayIntersector):
         return t, u, v, w
 
     @ti.func
-    def try_primitive(self, place, ray, bounds, t_min):
-        """(t, u, v, number) of the triangle or the sphere at a place; t is −∞ for a miss."""
-        t, u, v, primitive_id, corners = -tm.inf, 0.0, 0.0, self.blocks.primitive(place), self.blocks.triangle(place)
+    def try_at(self, place, ray, bounds, t_min):
+        """(t, u, v) of the triangle or the sphere at a place; t is −∞ for a miss."""
+        primitive_id, corners = self.blocks.primitive(place), self.blocks.triangle(place)
         if ti.static(not self.geometry.effects.spheres):
-            t, u, v = self.try_corners(ray, bounds, primitive_id, primitive_id, corners, 1)
+            return self.try_corners(ray, bounds, primitive_id, primitive_id, corners, 1)
+        t, u, v, index = -tm.inf, 0.0, 0.0, self.geometry.primitives[primitive_id]
+        if index < 0:
+            t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
         else:
-            index = self.geometry.primitives[primitive_id]
-            if index < 0:
-                t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
-            else:
-                t, u, v = self.try_corners(ray, bounds, primitive_id, index, corners, 1)
-        return t, u, v, primitive_id
+            t, u, v = self.try_corners(ray, bounds, primitive_id, index, corners, 1)
+        return t, u, v

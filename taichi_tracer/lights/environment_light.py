@@ -69,7 +69,7 @@ class EnvironmentLight(Light):
         if ti.static(self.effects.environment == "image"):
             return self.environment.radiance(direction)
         if ti.static(self.effects.environment == "constant"):
-            return self.environment.constant_radiance()
+            return self.environment.settings[0, 0] * self.environment.texels[0, 0]
         return tm.vec3(0)
 
     @ti.func

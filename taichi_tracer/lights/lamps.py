@@ -93,7 +93,7 @@ class Lamps(Light):
         """Radiance that a hit emits towards the origin of its ray: Ke, if the side that the ray hit emits (A3-1)."""
         light = tm.vec3(0)
         if hit.is_hit and (self.two_sided or not hit.is_backfacing):
-            light = self.library.get(hit.material_id).Ke
+            light = self.library.value(hit.material_id, "Ke")
         return light
 
     @ti.func
@@ -103,22 +103,20 @@ class Lamps(Light):
         The light is 0 if the lamp does not emit towards x. The first random number chooses the lamp; what it leaves
         and the second choose the point on it.
         """
-        w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
         if ti.static(self.choice.samples_points):
-            w_i, distance, light, pdf = self.sample_of_choice(x)
+            return self.sample_of_choice(x)
+        lamp, probability, rest = self.choice.choose(x, n, xi.x)
+        place = tm.vec2(rest, xi.y)
+        if ti.static(not self.geometry.effects.spheres):
+            w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
+            return w_i, distance, light, pdf * probability
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
+        primitive = self.primitives[lamp]
+        if primitive >= 0:
+            w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
         else:
-            lamp, probability, rest = self.choice.choose(x, n, xi.x)
-            place = tm.vec2(rest, xi.y)
-            if ti.static(not self.geometry.effects.spheres):
-                w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
-            else:
-                primitive = self.primitives[lamp]
-                if primitive >= 0:
-                    w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
-                else:
-                    w_i, distance, light, pdf = self.sample_sphere(x, -1 - primitive, place)
-            pdf *= probability
-        return w_i, distance, light, pdf
+            w_i, distance, light, pdf = self.sample_sphere(x, -1 - primitive, place)
+        return w_i, distance, light, pdf * probability
 
     @ti.func
     def sample_of_choice(self, x):
@@ -132,7 +130,7 @@ class Lamps(Light):
         distance, light, pdf = 1.0, tm.vec3(0), 1.0
         if cosine > 0:
             distance = tm.dot(v0 - x, n) / tm.dot(w_i, n)
-            light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
+            light = self.library.value(self.geometry.triangle_material_ids[triangle_id], "Ke")
             pdf = call_with_known_args(self.choice.evaluate_probability) * distance * distance / cosine
         # Shortened by the rounding of the distance, so that the triangle does not block its own light.
         return w_i, distance * (1 - ti.static(16 * runtime.epsilon())), light, pdf
@@ -160,7 +158,7 @@ class Lamps(Light):
         cosine = -tm.dot(w_i, facing)
         light, pdf = tm.vec3(0), 1.0
         if distance > 0 and cosine > 0 and (self.two_sided or is_front):
-            light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
+            light = self.library.value(self.geometry.triangle_material_ids[triangle_id], "Ke")
             pdf = distance * distance / (self.areas[lamp] * cosine)
             if omega > 0:
                 pdf = 1 / omega
@@ -200,7 +198,7 @@ class Lamps(Light):
             # Shortened by the rounding of t, so that the sphere does not block its own light.
             distance = ti.select(met, ti.cast(t_in, float), tm.dot(w_i, to_centre))
             distance *= 1 - ti.static(16 * runtime.epsilon())
-            light = self.library.get(self.geometry.sphere_material_ids[sphere_id]).Ke
+            light = self.library.value(self.geometry.sphere_material_ids[sphere_id], "Ke")
             pdf = 1 / (2 * tm.pi * drop)
         return w_i, distance, light, pdf
 

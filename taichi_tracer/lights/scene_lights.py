@@ -118,12 +118,12 @@ class SceneLights:
 
         The first random number chooses between far lights and lamps; what it leaves chooses the lamp and the direction.
         """
-        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
         if ti.static(self.far_share == 0):
-            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi)
-        elif ti.static(self.far_share == 1):
-            w_i, distance, light, pdf = self.from_far.sample(x, xi)
-        elif xi.x < self.far_share:
+            return self.lamps.sample_from(x, n, xi)
+        if ti.static(self.far_share == 1):
+            return self.from_far.sample(x, xi)
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
+        if xi.x < self.far_share:
             w_i, distance, light, pdf = self.from_far.sample(x, tm.vec2(xi.x / self.far_share, xi.y))
             pdf *= self.far_share
         else:

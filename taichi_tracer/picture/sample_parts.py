@@ -26,10 +26,9 @@ class EyeRays:
     def hit_of(self, x, y, rng):
         """(ray, HitData) of a pixel; the first pair of random numbers is the point within the pixel (A2-1)."""
         ray = through_pixel(self.camera.generate_ray, x, y, self.jitter, rng.next_2d())
-        hit = no_hit()
         if ti.static(self.traces):
-            hit = self.intersector.query_segment(ray, 0.0, tm.inf)
-        return ray, hit
+            return ray, self.intersector.query_segment(ray, 0.0, tm.inf)
+        return ray, no_hit()
 
 
 class SampleParts(NamedTuple):

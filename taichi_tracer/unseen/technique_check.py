@@ -148,12 +148,9 @@ def _sample_tiles(
 @ti.func
 def other_sample(scene: ti.template(), surface, rng, from_brdf: ti.template()):
     """(E, p, q) of one sample at a surface, where p is the density of the technique that the estimator uses."""
-    value, p, q = tm.vec3(0), 0.0, 0.0
     if ti.static(from_brdf):
         w_i = surface.sample(rng.next_2d())
         light, p = light_along(scene, surface, w_i, surface.weight(w_i))
-        value, q = surface.weight(w_i) * light, surface.pdf(w_i)
-    else:
-        f_cos, light, q, p = sample_of_lights(scene, surface, rng.next_2d_of_term())
-        value = f_cos * light / q
-    return value, p, q
+        return surface.weight(w_i) * light, p, surface.pdf(w_i)
+    f_cos, light, q, p = sample_of_lights(scene, surface, rng.next_2d_of_term())
+    return f_cos * light / q, p, q

@@ -104,14 +104,17 @@ def _leave(
 ):
     for i in range(o.shape[0]):
         ray = Ray(origin=tm.vec3(o[i, 0], o[i, 1], o[i, 2]), direction=tm.vec3(d[i, 0], d[i, 1], d[i, 2]))
-        data = scene.ray_intersector.intersect_primitive(ray, ids[i], 0.0)
-        met[i] = data.is_hit
-        if data.is_hit and data.is_backfacing == 0:
+        intersector = ti.static(scene.ray_intersector)
+        t, u, v = intersector.try_primitive(ray, intersector.ray_bounds(ray), ids[i], 0.0)
+        met[i] = t > 0
+        data = intersector.describe(ray, t, ids[i], u, v)
+        if t > 0 and data.is_backfacing == 0:
             start = offset_origin(data.position, data.position_error, data.geometric_normal)
             direction = tm.vec3(away[i, 0], away[i, 1], away[i, 2])
             if tm.dot(direction, data.geometric_normal) < 0:
                 direction = -direction
-            if scene.ray_intersector.intersect_primitive(Ray(origin=start, direction=direction), ids[i], 0.0).is_hit:
+            leaving = Ray(origin=start, direction=direction)
+            if intersector.try_primitive(leaving, intersector.ray_bounds(leaving), ids[i], 0.0)[0] > 0:
                 met[i] = 2
 
 

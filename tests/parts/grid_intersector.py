@@ -38,7 +38,8 @@ class Grid(tt.RayIntersector):
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
         """HitData of the nearest hit with t_min < t < t_max, of equal ones the lowest id; of any with ``any_hit``."""
-        nearest, best = tt.no_hit(), t_max
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
+        bounds = self.ray_bounds(ray)
         o, d, low, size = ray.origin, ray.direction, tm.vec3(self.low), tm.vec3(self.size)
         side_a, side_b = (low - o) / d, (low + CELLS * size - o) / d  # t at the two sides of the grid, on each axis
         t, t_out = ti.max(ti.min(side_a, side_b).max(), t_min), ti.max(side_a, side_b).min()
@@ -49,10 +50,10 @@ class Grid(tt.RayIntersector):
         while self.is_legal(ray) and t <= ti.min(best, t_out) and cell.min() >= 0 and cell.max() < CELLS:
             c = (cell.x * CELLS + cell.y) * CELLS + cell.z
             for k in range(self.begin[c], self.begin[c + 1]):
-                hit = self.intersect_primitive(ray, self.items[k], t_min)
-                is_first_of_equals = hit.distance == best and hit.triangle_id < nearest.triangle_id
-                if hit.is_hit and t_min < hit.distance and (hit.distance < best or is_first_of_equals):
-                    nearest, best = hit, hit.distance
+                primitive_id = self.items[k]
+                hit_t, u, v = self.try_primitive(ray, bounds, primitive_id, t_min)
+                if t_min < hit_t and (hit_t < best or (hit_t == best and primitive_id < best_id)):
+                    best, best_id, best_u, best_v = hit_t, primitive_id, u, v
             axis = ti.select(wall.x <= wall.y and wall.x <= wall.z, 0, ti.select(wall.y <= wall.z, 1, 2))
             t, cell[axis], wall[axis] = wall[axis], cell[axis] + step[axis], wall[axis] + abs(size / d)[axis]
-        return nearest
+        return self.found(ray, best, best_id, best_u, best_v, any_hit)
