@@ -116,15 +116,10 @@ def plan_of(args: Namespace) -> list[variants.Variant]:
     return variants.plan(**{name: knob for name, knob in knobs.items() if knob is not None})
 
 
-def settings_of(args: Namespace) -> RenderSettings:
-    """The settings of the scene and the camera; what is compared belongs to the plan."""
-    compared = {"max_bounces": None, "rr_start_bounce": None, "fast_math": False}
-    return RenderSettings.of(Namespace(**vars(args) | compared))
-
-
 def bench_of(args: Namespace) -> Bench:
     """What renders the scenes of the study."""
-    settings = settings_of(args)
+    compared = {"max_bounces": None, "rr_start_bounce": None, "fast_math": False}  # which belong to the plan
+    settings = RenderSettings.of(Namespace(**vars(args) | compared))
     check(settings)
     return Bench(
         args.scene,

@@ -28,6 +28,7 @@ from taichi_tracer.teaching.html_boxes import Report, lines_of
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
 # less than 6.
 CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
+ENDLESS = "is there a loop that never ends?"
 PAGE = "check.html"
 NOT_RIGHT = 1  # the exit code if a part is not right
 
@@ -91,10 +92,6 @@ def allow_seconds() -> None:
         allow_cpu(CPU_SECONDS)
 
 
-class NoAnswer(Exception):
-    """The status of a part whose process gives no answer, and the reason."""
-
-
 def answers(*asked: Any) -> Iterator[Any]:
     """What a process that checks some parts finds: a title and the names of the parts, then the result of each part.
 
@@ -104,7 +101,7 @@ def answers(*asked: Any) -> Iterator[Any]:
         asked: the arguments of ``work``.
 
     Raises:
-        InputError: it has begun no part, so its files give no answer when they are read.
+        InputError: the process sends one; or it has begun no part, so its files give no answer when they are read.
     """
     context = multiprocessing.get_context("spawn")
     receiving, sending = context.Pipe(duplex=False)
@@ -113,42 +110,34 @@ def answers(*asked: Any) -> Iterator[Any]:
     sending.close()
     begun: PartResult | None = None
     try:
-        while (found := receive(process, receiving)) is not None:
+        while receiving.poll(CLOCK_SECONDS):
+            found = receiving.recv()
+            if isinstance(found, InputError):
+                raise found
+            if found is None:
+                process.join(CLOCK_SECONDS)
+                return
             is_begun = isinstance(found, PartResult) and found.status == BEGUN
             begun = found if is_begun else None
             if not is_begun:
                 yield found
-        process.join(CLOCK_SECONDS)
-    except NoAnswer as no_answer:
-        status, reason = no_answer.args
-        if begun is None:
-            raise InputError(f"check: the files cannot be read: {reason}") from None
-        place = f"{begun.file}:{begun.line}: " if begun.line else ""
-        yield replace(begun, status=status, message=f"{place}{reason}")
+        status, reason = OUT_OF_TIME, f"no answer in {CLOCK_SECONDS:g} s: {ENDLESS}"
+    except EOFError:
+        status, reason = end_of(process)
     finally:
         process.kill()
         process.join()
+    if begun is None:
+        raise InputError(f"check: the files cannot be read: {reason}")
+    place = f"{begun.file}:{begun.line}: " if begun.line else ""
+    yield replace(begun, status=status, message=f"{place}{reason}")
 
 
-def receive(process: Any, receiving: Connection) -> Any:
-    """What a process sends next.
-
-    Raises:
-        NoAnswer: it takes too long, or has ended. InputError: it sends one.
-    """
-    endless = "is there a loop that never ends?"
-    if not receiving.poll(CLOCK_SECONDS):
-        raise NoAnswer(OUT_OF_TIME, f"no answer in {CLOCK_SECONDS:g} s: {endless}")
-    try:
-        found = receiving.recv()
-    except EOFError:
-        process.join()
-        code = process.exitcode
-        how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
-        if how == "SIGXCPU":
-            raise NoAnswer(OUT_OF_TIME, f"no answer in {CPU_SECONDS:g} s of the processor: {endless}") from None
-        reason = f"the process ended ({how}): does each path return what the caller needs?"
-        raise NoAnswer(CRASHED, reason) from None
-    if isinstance(found, InputError):
-        raise found
-    return found
+def end_of(process: Any) -> tuple[str, str]:
+    """The status of a part whose process has ended, and the reason."""
+    process.join()
+    code = process.exitcode
+    how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
+    if how == "SIGXCPU":
+        return OUT_OF_TIME, f"no answer in {CPU_SECONDS:g} s of the processor: {ENDLESS}"
+    return CRASHED, f"the process ended ({how}): does each path return what the caller needs?"

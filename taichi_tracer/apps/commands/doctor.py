@@ -12,6 +12,7 @@ from taichi_tracer.apps.console import Parser
 from taichi_tracer.apps.viewer import missing_for_window
 from taichi_tracer.system import runtime
 from taichi_tracer.system.runtime import cache_folder, wanted_folder
+from taichi_tracer.teaching.grading import isolate
 
 PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator", "mapbox-earcut")
 # Modules that the package does not depend on: module → (what it is for, the extra that installs it)
@@ -59,15 +60,6 @@ def examine() -> Iterator[Fact]:
     folder, problem = cache_folder(wanted)
     remedy = f"make {wanted} writable for you, or set XDG_CACHE_HOME to a folder that is"
     yield "kernel cache", problem or f"{folder}: can be written; may be deleted", problem is None, remedy
-    yield isolation_fact()
-
-
-def isolation_fact() -> Fact:
-    """Which isolation ``grade`` has for a submission; each level is tried with a process."""
-    name, remedy = "isolation of grade", "docs/teaching_security.md says what each level needs and stops"
-    try:
-        from taichi_tracer.teaching.grading import isolate
-    except ModuleNotFoundError:
-        return name, "none: there is no taichi_tracer/teaching", False, remedy
-    works = [level for level in isolate.LEVELS if isolate.problem_of(level) is None]
-    return name, "; ".join(works) or "none works here", "bwrap" in works, remedy
+    levels = [level for level in isolate.LEVELS if isolate.problem_of(level) is None]  # each is tried with a process
+    remedy = "docs/teaching_security.md says what each level needs and stops"
+    yield "isolation of grade", "; ".join(levels) or "none works here", "bwrap" in levels, remedy
