@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.apps.pictures import OF_LIGHT, environment_name, renderers, settings_of
-from taichi_tracer.environment import load_environment
+from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.explain.maps import MapRenderer
 from taichi_tracer.files.disk import shipped_environments
 from taichi_tracer.integrators.base import Integrator
@@ -60,6 +60,7 @@ class RendererState:
         shipped = [*shipped_environments(), *PARTS.names("environment")]
         self.environments = list(dict.fromkeys([*self._environments, *shipped, NO_NAME]))
         self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
+        self._has_chosen_light = environment is not None
         fix_white(renderer)
 
     @property
@@ -95,7 +96,7 @@ class RendererState:
             raise one_of("setting", name, [*LIVE, *values])
 
     def show(self, settings: RenderSettings) -> None:
-        """Show what settings ask for. Where light follows a view of the surfaces, a scene without light gets one.
+        """Show what settings ask for. For the first picture of light, a scene without light gets one.
 
         Raises:
             InputError: a name is unknown, or a value is out of its range.
@@ -104,10 +105,10 @@ class RendererState:
         settings = self.checked(settings)
         renderer_class, _ = self.find(settings.view)
         scene = self._scene_for(settings)
-        if settings.environment != former.environment:
-            self._set_environment(scene, settings.environment or NO_NAME)
-        elif scene.environment is not self.scene.environment:
-            scene.set_environment(self.scene.environment)
+        environment = self._environment(settings.environment or NO_NAME)
+        if environment is not scene.environment:
+            scene.set_environment(environment)
+            self._has_chosen_light = True
         if scene is not self.scene or settings.view != former.view:
             renderer, display = self._renderer(renderer_class, scene).use(settings.view), self.renderer.display
             if not (self.renderer.has_own_display or renderer.has_own_display):
@@ -121,12 +122,10 @@ class RendererState:
         if (settings.exposure, settings.tone) != (former.exposure, former.tone):
             self.renderer.set_display(settings.exposure, settings.tone)
         if settings.fov != former.fov and settings.fov is not None:
-            if self.renderer.camera.has_window:
-                raise InputError("this camera has a window, and no field of view")
             self.renderer.camera.set_camera_parameters(fov=settings.fov)
 
     def checked(self, settings: RenderSettings) -> RenderSettings:
-        """The settings, with light where a view of the surfaces is followed by light, and there is none.
+        """The settings, with light where something is to be shown that needs it, and nobody has chosen any.
 
         Raises:
             InputError: a name is unknown; no name of a file is known.
@@ -137,8 +136,8 @@ class RendererState:
         for kind, name in (("triangle test", settings.triangle_test), ("lamp choice", settings.lamp_choice)):
             if name is not None:
                 PARTS.find(kind, name)
-        begins = chosen.needs_light and not self.renderer.needs_light
-        return replace(settings, environment=USUAL_LIGHT) if begins and not self.scene.effects.is_lit else settings
+        needs = chosen.needs_light and not self.scene.effects.is_lit and not self._has_chosen_light
+        return replace(settings, environment=USUAL_LIGHT) if needs else settings
 
     def find(self, name: str | None) -> tuple[type[ProgressiveRenderer], Integrator]:
         """The renderer class that offers something of this name, that of the present renderer first."""
@@ -157,11 +156,11 @@ class RendererState:
             self._scenes[wanted] = again(self.scene, **dict(zip(OF_SCENE, wanted, strict=True)))
         return self._scenes[wanted]
 
-    def _set_environment(self, scene: SceneData, name: str) -> None:
-        """Choose the light from far away; it keeps intensity, rotation and look-up of the scene's own."""
+    def _environment(self, name: str) -> Environment | None:
+        """The light from far away of a name; it has intensity, rotation and look-up of the scene's own."""
         if name != NO_NAME and name not in self._environments:
             self._environments[name] = load_environment(name, **self._light_options)
-        scene.set_environment(self._environments.get(name))
+        return self._environments.get(name)
 
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
