@@ -18,7 +18,6 @@ import numpy as np
 import taichi_tracer
 from taichi_tracer.apps.console import note
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
-from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import check_intensity, load_environment
 from taichi_tracer.explain.maps import find_measured
 from taichi_tracer.files.disk import shipped_environments
@@ -302,8 +301,8 @@ def camera_for(settings: RenderSettings, view: dict) -> dict:
         changed.pop("screen_window", None)
     changed |= camera_arguments(settings)
     width, height = settings.size
-    is_parallel = issubclass(PARTS.find("camera", changed.get("projection", "perspective")), OrthographicCamera)
-    return without_angle(changed, width / height) if is_parallel else changed
+    camera = PARTS.find("camera", changed.get("projection", "perspective"))
+    return without_angle(changed, width / height) if camera.is_parallel else changed
 
 
 def camera_arguments(settings: RenderSettings) -> dict[str, Any]:
@@ -479,7 +478,7 @@ def changed_values(renderer: ProgressiveRenderer) -> dict[str, Any]:
 
 def camera_settings(camera: ProjectiveCamera) -> dict[str, Any]:
     """The settings of a camera, to nine digits; its window at distance 1, or in world units if it is orthographic."""
-    scale = 1.0 if isinstance(camera, OrthographicCamera) or not camera.has_window else camera.focal_distance
+    scale = 1.0 if camera.is_parallel or not camera.has_window else camera.focal_distance
     window = rounded(np.divide(camera.screen_window, scale)) if camera.has_window else None
     return {
         **{name: rounded(getattr(camera, name)) for name in ("eye", "at", "up")},

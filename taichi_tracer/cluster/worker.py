@@ -12,7 +12,6 @@ import hashlib
 import importlib.metadata
 import io
 import os
-import pickle
 import signal
 import sys
 import tempfile
@@ -20,7 +19,7 @@ import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -86,12 +85,10 @@ class Job:
     shares: Any = None
     versions: dict[str, str] = field(default_factory=installation)
 
-    @cached_property
-    def key(self) -> str:
-        """A name that is equal for jobs that share a renderer: all but the camera is equal."""
-        options = sorted((name, repr(value)) for name, value in self.settings.items())
-        parts = [options, self.number, self.bounces, self.threads, sorted(self.files.items())]
-        return hashlib.sha256(pickle.dumps(parts)).hexdigest()
+    @property
+    def picture(self) -> tuple:
+        """What is equal for jobs that share a renderer: all but the camera."""
+        return self.settings, self.files, self.number, self.bounces, self.threads
 
     def settings_in(self, folder: Path) -> RenderSettings:
         """The settings, with the paths of the files in this folder."""
@@ -143,7 +140,7 @@ def absolute(path: str | Path) -> Path:
 
 
 taichi_thread = ThreadPoolExecutor(1)  # Dask may have several threads, and Taichi bears one
-kept: dict[str, Any] = {}  # key, renderer and folder of the last job, and the job that its camera shows
+kept: dict[str, Any] = {}  # picture, renderer and folder of the last job, and the job that its camera shows
 
 
 def dask_setup(_worker: Any) -> None:
@@ -196,7 +193,7 @@ def renderer_of(job: Job, directory: str) -> Any:
     Raises:
         InputError: the picture is not the sender's, because something beside the versions differs.
     """
-    if kept.get("key") != job.key:
+    if kept.get("picture") != job.picture:
         load(job, directory)
     renderer = kept["renderer"]
     if kept["job"] is not job:
@@ -232,4 +229,4 @@ def load(job: Job, directory: str) -> None:
         renderer.bounces = job.bounces
     renderer.begin()
     renderer.add_range(0, 1)  # which compiles the kernels
-    kept.update(key=job.key, renderer=renderer, job=None, folder=temporary)
+    kept.update(picture=job.picture, renderer=renderer, job=None, folder=temporary)

@@ -48,11 +48,9 @@ class RendererState:
     def __init__(self, renderer: ProgressiveRenderer, base: RenderSettings | None = None) -> None:
         self.renderer, self.base = renderer, base or RenderSettings()
         scene, environment = renderer.scene_data, renderer.scene_data.environment
-        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what
-        classes = {c.what: c for c in renderers() if c.what in of_courses}
-        # In one order, whichever renderer is given; what it alone offers comes first.
-        first = {} if type(renderer).what in classes else {type(renderer).what: type(renderer)}
-        self._classes = {**first, **classes, type(renderer).what: type(renderer)}
+        shown = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what, renderer.what
+        # In one order, whichever renderer is given.
+        self._classes = {c.what: c for c in renderers() if c.what in shown} | {renderer.what: type(renderer)}
         self._scenes = {key_of(scene): scene}
         self._made = {(*key_of(scene), type(renderer)): renderer}
         self._last = {type(renderer): renderer}  # the renderer of each class that was shown last
@@ -75,7 +73,7 @@ class RendererState:
 
     @property
     def offered(self) -> list[tuple[type[ProgressiveRenderer], list[Integrator]]]:
-        """What each renderer offers: views, estimators, paths and maps; what the given one alone offers comes first."""
+        """What each renderer offers: views, estimators, paths and maps, and what the given one alone offers."""
         known = {type(one): one for one in self._made.values() if one.scene_data is self.scene}
         return [(c, list(known[c].offers if c in known else c.offered())) for c in self._classes.values()]
 
