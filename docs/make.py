@@ -2,16 +2,18 @@
 
     python -m docs.make [--check] [--measured] [FOLDER]
 
-The documents print how their pictures are made. Each ``taichi-tracer render … -o docs/images/…`` is run, and each
-``taichi-tracer samples …``; if the Python of a document saves pictures in docs/images, all of its Python is run. All
-this is done on the CPU. ``OTHERS`` has the pictures that no document makes. Charts of times come out differently on
-every machine; they are made only with ``--measured``, which takes about a quarter of an hour.
+The documents print how their pictures are made. Each ``taichi-tracer render …`` or ``samples …`` is run that ends with
+``-o NAME``, if a document shows images/NAME, or with ``-o images/``. If the Python of a document saves a picture that
+is shown, all of its Python is run. All this is done on the CPU, each time in a new folder. ``OTHERS`` has the pictures
+that no document makes. Charts of times come out differently on every machine; they are made only with ``--measured``,
+which takes about a quarter of an hour.
 
 FOLDER is where the pictures go; without it, they replace those in docs/images. With ``--check``, nothing is replaced:
 the names of pictures that have become different are printed, and the exit code is 1 if there are some.
 """
 
 import argparse
+import os
 import re
 import runpy
 import shlex
@@ -20,68 +22,64 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
-IMAGES = "docs/images/"
+IMAGES = ROOT / "docs" / "images"
 COMMANDS = "taichi-tracer render ", "taichi-tracer samples "  # those that write pictures
 SLOW = "--denoise"  # commands with this option take minutes, and are run with --measured only
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SHOWN = {name for path in DOCUMENTS for name in re.findall(r"images/([\w.]+)\)", path.read_text(encoding="utf-8"))}
 
 
 def commands(is_slow: bool = False) -> list[list[str]]:
-    """The words of every command of the documents that writes into docs/images, each once."""
+    """The words of every command of the documents that makes their pictures, each once."""
     found = []
     for path in DOCUMENTS:
         for block in re.findall(r"```sh\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
             lines = (shlex.split(line) for line in block.splitlines() if line.startswith(COMMANDS))
-            found += [words[1:] for words in lines if "-o" in words and words[-1].startswith(IMAGES)]
+            found += [words[1:] for words in lines if "-o" in words and words[-1] in SHOWN | {"images/"}]
     found = [words for words in found if is_slow or SLOW not in words]
     return [words for i, words in enumerate(found) if words not in found[:i]]
 
 
-def render(words: list[str], folder: Path) -> list[Path]:
-    """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
+def render(words: list[str]) -> None:
+    """Run a command of the documents."""
     from taichi_tracer.apps.cli import main
+
+    code = main([*words, *(["--arch", "cpu"] if words[0] == "render" else [])])
+    if code != 0:
+        raise SystemExit(f"{shlex.join(words)}: ended with {code}")
+
+
+def programs() -> list[str]:
+    """All Python of each document whose Python saves its pictures; each block goes on where the one before it ended."""
+    texts = [path.read_text(encoding="utf-8") for path in DOCUMENTS]
+    found = ["\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)) for text in texts]
+    return [code for code in found if SHOWN.intersection(re.findall(r'save_image\("([^"]+)"', code))]
+
+
+def run_program(code: str) -> None:
+    """Run the Python of a document."""
+    exec(compile(code, "document", "exec"), {})
+
+
+def pictures_of(run: Callable[[Any], None], what: Any, folder: Path) -> list[Path]:
+    """Run a command or a program in a new folder, on the CPU; returns its pictures, copied into ``folder``."""
     from taichi_tracer.system import runtime
 
     runtime.init("cpu", force=True)
-    arch = ["--arch", "cpu"] if words[0] == "render" else []
     with tempfile.TemporaryDirectory() as place:
-        output = Path(place) / words[-1].removeprefix(IMAGES)
-        ending = "/" if words[-1].endswith("/") else ""
-        code = main([*words[:-1], f"{output}{ending}", *arch])
-        if code != 0:
-            raise SystemExit(f"{shlex.join(words)}: ended with {code}")
-        return [Path(shutil.copy(path, folder / path.name)) for path in sorted(Path(place).iterdir())]
-
-
-def stem(words: list[str]) -> str:
-    """How the names of the pictures begin that a command writes into a folder."""
-    return f"samples_{Path(words[1]).stem}" if words[0] == "samples" else Path(words[1]).name
-
-
-def programs() -> dict[Path, list[str]]:
-    """Document → the names of the pictures that its Python saves in docs/images."""
-    found = {path: re.findall(rf'save_image\("{IMAGES}([^"]+)"', python_of(path)) for path in DOCUMENTS}
-    return {path: names for path, names in found.items() if names}
-
-
-def python_of(document: Path) -> str:
-    """All Python of a document; each block goes on where the one before it ended."""
-    return "\n".join(re.findall(r"```python\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL))
-
-
-def run_program(document: Path, folder: Path) -> list[Path]:
-    """Run the Python of a document on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
-    from taichi_tracer.system import runtime
-
-    runtime.init("cpu", force=True)
-    code = python_of(document).replace(f'"{IMAGES}', f'"{folder.as_posix()}/')
-    exec(compile(code, document.name, "exec"), {})
-    return [folder / name for name in programs()[document]]
+        os.chdir(place)
+        try:
+            run(what)
+        finally:
+            os.chdir(ROOT)
+        made = sorted(path for path in Path(place).rglob("*") if path.name in SHOWN)
+        return [Path(shutil.copy(path, folder / path.name)) for path in made]
 
 
 def leaks(triangle_test: str) -> Callable[[Path], None]:
@@ -153,7 +151,7 @@ def accuracy(*words: str) -> Callable[[Path], None]:
 
 def frame_time(path: Path) -> None:
     """The chart of ``python -m benchmarks.frames``, which writes to its own place."""
-    own = ROOT / IMAGES / path.name
+    own = IMAGES / path.name
     runpy.run_module("benchmarks.frames", run_name="__main__")
     if own != path:
         shutil.copy(own, path)
@@ -249,9 +247,9 @@ MEASURED = {
 def make(folder: Path, measured: bool = False) -> Iterator[Path]:
     """Make all pictures in a folder, one after the other."""
     for words in commands(measured):
-        yield from render(words, folder)
-    for document in programs():
-        yield from run_program(document, folder)
+        yield from pictures_of(render, words, folder)
+    for code in programs():
+        yield from pictures_of(run_program, code, folder)
     for name, maker in (OTHERS | MEASURED if measured else OTHERS).items():
         maker(folder / name)
         yield folder / name
@@ -270,25 +268,26 @@ def check() -> int:
     stale = 0
     with tempfile.TemporaryDirectory() as folder:
         for path in make(Path(folder)):
-            share = share_that_differs(path, ROOT / IMAGES / path.name)
+            share = share_that_differs(path, IMAGES / path.name)
             if share > 0:
                 stale += 1
-                print(f"{IMAGES}{path.name}: {share:.1%} of the pixels differ")
+                print(f"docs/images/{path.name}: {share:.1%} of the pixels differ")
     return stale
 
 
 def main() -> int:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(description="Makes the pictures of README.md and docs/ again.")
-    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / IMAGES, help="where they go (docs/images)")
+    parser.add_argument("folder", nargs="?", type=Path, default=IMAGES, help="where they go (docs/images)")
     parser.add_argument("--measured", action="store_true", help="the charts of times, too")
     parser.add_argument("--check", action="store_true", help="only tell which have become different")
     args = parser.parse_args()
     sys.path.insert(0, str(ROOT))  # the package and the benchmarks of this checkout
     if args.check:
         return int(check() > 0)
-    args.folder.mkdir(parents=True, exist_ok=True)
-    for path in make(args.folder, args.measured):
+    folder = args.folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in make(folder, args.measured):
         print(path)
     return 0
 

@@ -159,7 +159,8 @@ class MapRenderer(PathValues, ProgressiveRenderer):
 
     def notes(self) -> list[str]:
         """What the colours mean, for the command line."""
-        return [f"{self.active.name}: white is {self.scale.high:.3g} {self.scale.text} (--exposure sets another scale)"]
+        scale = self.scale
+        return [f"{self.active.name} ({scale.text}): white is {scale.high:.3g} (--exposure sets another scale)"]
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from taichi_tracer.apps.cli import make_parser
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.pictures import find_views
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.system.parts import PARTS, load_parts
@@ -67,7 +67,6 @@ def files_of_the_reader(code, folder):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
         shutil.copytree(folder / "sphere" / "solution", folder / "submissions" / "260123456")
-    (folder / "docs" / "images").mkdir(parents=True)  # where the pages' own pictures are
 
 
 def commands():
@@ -109,3 +108,16 @@ def test_the_first_programs_run_and_prints_what_was_hit(file, word, tmp_path, mo
     exec(compile(text, "programs.md", "exec"), {})
     assert word in capsys.readouterr().out
     assert (tmp_path / file).exists()
+
+
+def test_the_explained_pixel_is_what_its_command_prints(capsys):
+    """Its last three lines: the mean, its standard error and the work."""
+    page = (ROOT / "docs" / "explain.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```\n(pixel in column.*?)\n```$", page, re.DOTALL | re.MULTILINE)
+    command = blocks(page, "sh")[0].splitlines()[0]
+    assert main([*shlex.split(command)[1:], "--arch", "cpu"]) == 0
+    printed = capsys.readouterr().out.strip()
+    one, other = (
+        [float(x) for x in re.findall(r"[\d.]+", "\n".join(text.splitlines()[-3:]))] for text in (shown, printed)
+    )
+    assert one == pytest.approx(other, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Do hard cases stay numerically stable, and what does that cost?"""
+"""Whether hard cases stay numerically stable, and what that costs."""
 
 from argparse import Namespace
 from pathlib import Path

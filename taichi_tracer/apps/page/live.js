@@ -253,7 +253,7 @@ function render({ model, el }) {
     setText(part("pace"), frames.length > 2 ? `${frames.length} frames/s` : "");
     if (performance.now() - spokenAt > 10000 || !spoken.textContent.startsWith(name)) say(`${name}: ${long || "complete"}`);
     scale.hidden = !state.scale;
-    if (state.scale) setText(scale.lastChild, `${state.scale.high} ${state.scale.text}`);
+    if (state.scale) setText(scale.lastChild, `${state.scale.high} (${state.scale.text})`);
   }
 
   function showStrip() {
