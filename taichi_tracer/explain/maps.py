@@ -159,8 +159,9 @@ class MapRenderer(PathValues, ProgressiveRenderer):
 
     def notes(self) -> list[str]:
         """What the colours mean, for the command line."""
-        scale = self.scale
-        return [f"{self.active.name} ({scale.text}): white is {scale.high:.3g} (--exposure sets another scale)"]
+        return [
+            f"{self.active.name} ({self.scale.text}): white is {self.scale.high:.3g} (--exposure sets another scale)",
+        ]
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on."""
