@@ -15,6 +15,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import filled, varying
 
+TINY, HUGE = 1e-18, 1e18  # the size of a mesh within which the squares of its lengths are numbers of f32
 COARSE = 1e-5  # of the mesh's size: the largest step of its coordinates without a note
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
@@ -199,15 +200,17 @@ def is_collapsed(faces: np.ndarray) -> np.ndarray:
 
 
 def note_steps(source: str, points: np.ndarray) -> list[str]:
-    """A note if f32, where it is the precision, does not tell apart points that are near."""
-    if points.dtype == np.float64 or len(points) == 0:
-        return []
-    low, high = box_of(points)
-    most = max(abs(low).max(), abs(high).max())
-    step = float(np.spacing(most))
-    if not 0 < COARSE * float((high - low).max()) < step < np.inf:
-        return []
-    return [f"{source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64"]
+    """A note if f32, where it is the precision, does not tell apart points that are near, or has no areas."""
+    notes: list[str] = []
+    if points.dtype == np.float32 and len(points) > 0:
+        low, high = box_of(points)
+        size, most = float((high - low).max()), max(abs(low).max(), abs(high).max())
+        step = float(np.spacing(most))
+        if size > 0 and not TINY < size < HUGE:
+            notes.append(f"{source}: {size:.2g} units large: such areas are no numbers of f32: use --precision f64")
+        elif 0 < COARSE * size < step < np.inf:
+            notes.append(f"{source}: coordinates of {most:g} have steps of {step:.2g} in f32: use --precision f64")
+    return notes
 
 
 def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
@@ -235,7 +238,7 @@ def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
         faces = np.where(gone[:, None], np.int32(0), faces)
         spheres = np.where(spheres_gone[:, None], np.array([0, 0, 0, -np.inf], dtype), spheres)
         causes = (
-            (not_finite.sum() + sphere_not_finite.sum(), "with a NaN or infinite vertex"),
+            (not_finite.sum() + sphere_not_finite.sum(), "with a vertex that is NaN, infinite or too large"),
             (no_area.sum() + no_radius.sum(), "without area"),
         )
         reasons = ", ".join(f"{count} {cause}" for count, cause in causes if count > 0)

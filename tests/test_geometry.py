@@ -21,9 +21,9 @@ def square_with(extra_vertices=(), extra_faces=()):
 @pytest.mark.parametrize(
     ("vertices", "face", "cause"),
     [
-        ([np.nan, 0, 0], [0, 1, 4], "1 with a NaN or infinite vertex"),
-        ([0, np.inf, 0], [0, 4, 2], "1 with a NaN or infinite vertex"),
-        ([1e39, 0, 0], [0, 1, 4], "1 with a NaN or infinite vertex"),  # infinite in f32
+        ([np.nan, 0, 0], [0, 1, 4], "1 with a vertex that is NaN, infinite or too large"),
+        ([0, np.inf, 0], [0, 4, 2], "1 with a vertex that is NaN, infinite or too large"),
+        ([1e39, 0, 0], [0, 1, 4], "1 with a vertex that is NaN, infinite or too large"),  # infinite in f32
         ([], [0, 1, 1], "1 without area"),
         ([0, -1, 0], [0, 1, 4], "1 without area"),  # collinear
     ],

@@ -18,6 +18,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.parts import unfinished, where_in
 
+KIT_RECORD = "assignment.json"  # of a folder that ``assignment new`` has written: its ids count from 0
 # What an adapter has of Python and of Taichi: it is not assigned to the package's class.
 LEFT = {
     *("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl"),
@@ -40,6 +41,9 @@ class Course:
 
     def __init__(self, folder: str | Path) -> None:
         runtime.ensure()
+        if (files.find_folder(folder) / KIT_RECORD).is_file():
+            text = "its files are not those of the course: run its own program, or taichi-tracer check"
+            raise InputError(f"{folder}: this is a folder of assignment new, and {text}")
         found = files.load(folder)
         self.folder = found.folder
         self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}

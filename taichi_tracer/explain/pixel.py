@@ -439,13 +439,13 @@ def explained(renderer: Any, column: int, row: int, sample: int | None, samples:
     if not renderer.is_current():
         renderer.begin()
     for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
-        if not 0 <= value < size:
-            raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
+        if value not in range(size):
+            raise InputError(f"explain: the {name} must be a whole number from 0 to {size - 1}, not {value}")
     passes = renderer.first_sample, renderer.first_sample + renderer.film.samples
     first, end = renderer.shares.range_of(column, renderer.height - 1 - row, *passes)
     samples = max(1, end - first) if samples is None else samples
-    if not 0 <= (sample or 0) < samples:
-        raise InputError(f"explain: the sample must be from 0 to {samples - 1}, not {sample}")
+    if (sample or 0) not in range(samples):
+        raise InputError(f"explain: the sample must be a whole number from 0 to {samples - 1}, not {sample}")
     scene, integrator = renderer.kernel_scene(), renderer.explained
     scene.lights.prepare(integrator.samples_lights or (integrator.needs_light and scene.samples_lights))
     former = renderer.explainer

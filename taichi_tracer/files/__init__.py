@@ -27,7 +27,7 @@ def read(path: str | Path) -> Mesh:
     if path.is_dir():
         raise InputError(f"{path}: this is a folder: give a file in it")
     if extension not in EXTENSIONS:
-        raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}")
+        raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}, and .xml")
     notes: list[str] = []
     try:
         mesh = read_obj(path) if extension == ".obj" else meshes.READERS[extension](read_bytes(path), path, notes)

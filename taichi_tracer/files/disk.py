@@ -47,10 +47,16 @@ def noting_reads() -> Iterator[dict[Path, None]]:
         _noting[:] = [one for one in _noting if one is not paths]
 
 
-def check_place(*paths: str | Path | None) -> None:
-    """Raise an InputError if ``replace_file`` could not write to one of the places later; None is none."""
+def check_place(*paths: str | Path | None, ending: str = "") -> None:
+    """Raise an InputError if ``replace_file`` could not write to one of the places later; None is none.
+
+    Args:
+        ending: what their names must end with, so that a report is not written over a program or a picture.
+    """
     for path in (Path(one) for one in paths if one is not None):
         folder = path.parent
+        if not path.name.endswith(ending):
+            raise InputError(f"{path}: the name of this file must end with {ending}")
         if path.is_dir():
             raise InputError(f"{path}: this is a folder: give a file name in it")
         if not folder.is_dir():

@@ -452,7 +452,7 @@ def load_parts(path: str) -> list:
             warnings.warn(f"{text}; the package's own is used", stacklevel=2)
         return []
     if not file.is_file():
-        raise InputError(f"--parts {path}: no such file")
+        raise InputError(f"{path}: no such file")
     before = PARTS.registered_by(file)
     sys.path.insert(0, str(file.parent))
     try:

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.parts import where_in
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, parted
 
 SHIPPED, ANSWERS = Path(__file__).parent / "assignments", "answers.npz"
@@ -106,6 +107,8 @@ def constant(file: Path, name: str) -> Any:
     sys.path.insert(0, str(file.parent))
     try:
         found = runpy.run_path(str(file), run_name=f"_assignment_{file.parent.name}_{file.stem}")
+    except Exception as error:
+        raise InputError(f"{where_in(error, file, str(file))}: {type(error).__name__}: {error}") from error
     finally:
         sys.path.remove(str(file.parent))
     if name not in found:

@@ -156,7 +156,7 @@ def test_choices_and_what_cannot_be_chosen(session):
         ({"type": "set", "name": "parts", "value": "evil.py"}, "parts"),
         ({"type": "set", "name": "tone", "value": "x"}, "x"),
         ({"type": "set", "name": "exposure", "value": "many"}, "exposure"),
-        ({"type": "explain", "column": 40, "row": 0, "sample": 0}, "the column must be from 0 to 31"),
+        ({"type": "explain", "column": 40, "row": 0, "sample": 0}, "the column must be a whole number from 0 to 31"),
     ):
         post(session, event)
         session.step(0.0)

@@ -134,9 +134,9 @@ def test_the_steps_have_the_handouts_names_and_order(picture):
 @pytest.mark.parametrize(
     ("pixel", "message"),
     [
-        ((24, 0), "the column must be from 0 to 23, not 24"),
-        ((0, -1), "the row must be from 0 to 15, not -1"),
-        ((0, 0, 5), "the sample must be from 0 to 4, not 5"),
+        ((24, 0), "the column must be a whole number from 0 to 23, not 24"),
+        ((0, -1), "the row must be a whole number from 0 to 15, not -1"),
+        ((0, 0, 5), "the sample must be a whole number from 0 to 4, not 5"),
     ],
 )
 def test_a_pixel_that_is_not_there_is_an_error(picture, pixel, message):

@@ -113,7 +113,7 @@ def test_a_nan_vertex_is_read_and_its_triangles_are_dropped_and_counted(obj):
     assert np.isnan(mesh.vertices[4, 0])
     cleaned = clean(mesh, np.float32)
     assert cleaned.dropped == 2
-    assert "2 of 3 triangles dropped (2 with a NaN or infinite vertex)" in cleaned.notes[0]
+    assert "2 of 3 triangles dropped (2 with a vertex that is NaN, infinite or too large)" in cleaned.notes[0]
     assert "mesh.obj" in cleaned.notes[0]
 
 

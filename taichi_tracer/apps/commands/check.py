@@ -52,7 +52,7 @@ def run(args: Namespace) -> int:
         with contextlib.closing(answers(folder, names, args.seed, args.assignment)) as found:
             title, names = next(found)
             if report is None:
-                check_place(target)
+                check_place(target, ending=".html")
                 print(title, flush=True)
                 report = Report(title)
             for result in found:

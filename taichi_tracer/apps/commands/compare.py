@@ -32,7 +32,7 @@ def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
     image, reference = (linear(path, not args.data) for path in (args.first, args.second))
     check_same_size(image, reference)
-    check_place(args.report)
+    check_place(args.report, ending=".html")
     lines = numbers(image, reference)
     print("\n".join(lines))
     if args.report is not None:

@@ -46,7 +46,8 @@ def run(args: Namespace) -> int:
     """Explain one sample of one pixel."""
     request = request_of(RenderSettings.of(args))
     picture = request.single("explain")
-    check_place(args.json, args.html)
+    check_place(args.json, ending=".json")
+    check_place(args.html, ending=".html")
     renderer = picture.make_renderer(request.load())
     samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)

@@ -65,7 +65,8 @@ def run(args: Namespace) -> int:
     found = submissions.find(Path(args.path).expanduser(), assignment.files)
     if args.gradescope is not None and len(found) > 1:
         raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
-    check_place(args.gradescope, args.csv)
+    check_place(args.csv, ending=".csv")
+    check_place(args.gradescope, ending=".json")
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
     level = best_level(args.trust, args.container)

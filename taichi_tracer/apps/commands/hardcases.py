@@ -29,7 +29,7 @@ def run(args: Namespace) -> int:
     from taichi_tracer.files.disk import check_place, make_folder
     from taichi_tracer.studies import hard_cases
 
-    check_place(args.json)
+    check_place(args.json, ending=".json")
     if args.report is not None:
         make_folder(args.report, f"--report {args.report}")
     count = len(hard_cases.modes_of(args.level, args.arch))

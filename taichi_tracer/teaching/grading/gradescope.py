@@ -99,7 +99,7 @@ def write_upload(assignment: Assignment, name: str, target: Path, seed: int) -> 
     Args:
         name: how the assignment was named: a name that the package knows, or a folder, which is put into the file.
     """
-    check_place(target)
+    check_place(target, ending=".zip")
     is_shipped = name in catalogue.names()
     called = assignment.name if is_shipped else f"./assignment/{assignment.name}"
     folder = f"taichi_tracer/teaching/assignments/{assignment.name}" if is_shipped else called
