@@ -183,8 +183,7 @@ class TexelsFromBelow:
         self.environment = environment
 
     def __getitem__(self, place: tuple[Any, Any]) -> Any:
-        x, y = place
-        return element(self.environment.texels, self.environment.height - 1 - y, x)
+        return element(self.environment.texels, self.environment.height - 1 - place[1], place[0])
 
 
 def checked(image, name: str, what: str = "an environment", value: str = "radiance") -> np.ndarray:

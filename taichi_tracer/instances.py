@@ -109,8 +109,7 @@ class Placed:
         found = [np.zeros((0, 3))]
         for number, points in enumerate(of_objects):
             own = self.matrices[self.object_of == number]
-            placed = points @ own[:, :, :3].transpose(0, 2, 1) + own[:, None, :, 3]
-            found.append(placed.reshape(-1, 3))
+            found.append((points @ own[:, :, :3].transpose(0, 2, 1) + own[:, None, :, 3]).reshape(-1, 3))
         return np.concatenate(found)
 
     def boxes(self, mesh: Mesh) -> list[np.ndarray]:

@@ -460,7 +460,9 @@ def load_parts(path: str) -> list:
     except OwnCodeError:
         raise
     except (Exception, SystemExit) as error:
-        problem = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        problem = (
+            str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {getattr(error, 'msg', error)}"
+        )
         raise InputError(f"{where_in(error, file, path)}: {problem}") from error
     finally:
         sys.path.remove(str(file.parent))

@@ -108,7 +108,9 @@ def constant(file: Path, name: str) -> Any:
     try:
         found = runpy.run_path(str(file), run_name=f"_assignment_{file.parent.name}_{file.stem}")
     except Exception as error:
-        raise InputError(f"{where_in(error, file, str(file))}: {type(error).__name__}: {error}") from error
+        raise InputError(
+            f"{where_in(error, file, str(file))}: {type(error).__name__}: {getattr(error, 'msg', error)}"
+        ) from error
     finally:
         sys.path.remove(str(file.parent))
     if name not in found:

@@ -29,7 +29,7 @@ from taichi_tracer.teaching.html_boxes import Report, lines_of
 # less than 6.
 CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
 ENDLESS = "is there a loop that never ends?"
-PAGE = "check.html"
+PAGE, RECORD = "check.html", "assignment.json"  # what is written, and what says to which assignment a folder belongs
 NOT_RIGHT = 1  # the exit code if a part is not right
 
 
@@ -47,6 +47,8 @@ def add_arguments(parser: Parser) -> None:
 def run(args: Namespace) -> int:
     """Check a folder; print each part as soon as it is known, and write a page."""
     folder, names, report = Path(args.folder).expanduser(), args.names, None
+    if not folder.exists() and Path(RECORD).is_file():  # DIR is left out
+        folder, names = Path(), [args.folder, *names]
     target = Path(args.report) if args.report else folder / PAGE
     while report is None or names:
         with contextlib.closing(answers(folder, names, args.seed, args.assignment)) as found:
