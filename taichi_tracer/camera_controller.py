@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.formulas.view import USUAL_HANDEDNESS, camera_frame, world_axes
 from taichi_tracer.system.errors import InputError
 
@@ -70,7 +69,7 @@ class Pose:
     @classmethod
     def of(cls, camera: ProjectiveCamera) -> "Pose":
         """The pose of a camera."""
-        window = camera.screen_window if isinstance(camera, OrthographicCamera) else None
+        window = camera.screen_window if camera.is_parallel else None
         return cls(camera.eye, camera.at, camera.up, camera.handedness, window)
 
     def parameters(self) -> dict:
@@ -122,7 +121,8 @@ def step(
     zooming = ZOOM_KEYS if pose.window is None else {**ZOOM_KEYS, **WINDOW_KEYS}
     farther = sum(sign for key, sign in zooming.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
     factor = math.exp(min(farther, LARGEST_EXPONENT))
-    moved = dolly(moved, factor) if pose.window is None else zoom_window(moved, factor)
+    nearer = replace(moved, eye=moved.at + factor * (moved.eye - moved.at))
+    moved = nearer if pose.window is None else zoom_window(moved, factor)
     return moved if is_legal(moved) else pose
 
 
@@ -171,11 +171,6 @@ def turn(pose: Pose, drag_right: float, drag_up: float) -> Pose:
 def rotate(v: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     """``v`` turned about the unit vector ``axis``, counter-clockwise seen from its tip (Rodrigues)."""
     return v * math.cos(angle) + np.cross(axis, v) * math.sin(angle) + axis * np.dot(axis, v) * (1.0 - math.cos(angle))
-
-
-def dolly(pose: Pose, factor: float) -> Pose:
-    """Multiply the distance from ``at`` to the eye."""
-    return replace(pose, eye=pose.at + factor * (pose.eye - pose.at))
 
 
 def shift(pose: Pose, drag_right: float, drag_up: float, camera: ProjectiveCamera) -> Pose:

@@ -69,12 +69,7 @@ class RayIntersector:
     @ti.func
     def intersect_triangle(self, ray, triangle_id):
         """HitData of the ray on one triangle, with t > 0. Other triangles are not considered (A1-14)."""
-        corners, hit = self.geometry.triangle(triangle_id), no_hit()
-        if self.is_legal(ray):
-            t, u, v = self.try_corners(ray, self.ray_bounds(ray), triangle_id, triangle_id, corners, 1)
-            if t > 0:
-                hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
-        return hit
+        return self.triangle_hit(ray, triangle_id, 0.0)
 
     @ti.func
     def query_ray(self, ray):
@@ -160,17 +155,17 @@ class RayIntersector:
     def describe(self, ray, t, primitive_id, u, v):
         """HitData of one primitive, from what ``try_primitive`` found."""
         if ti.static(not self.geometry.effects.spheres):
-            return self.triangle_hit(ray, t, primitive_id, u, v)
+            return self.describe_found(ray, t, primitive_id, u, v)
         hit, index = no_hit(), self.geometry.primitives[primitive_id]
         if index < 0:
             hit = self.describe_sphere(ray, t, -1 - index)
         else:
-            hit = self.triangle_hit(ray, t, index, u, v)
+            hit = self.describe_found(ray, t, index, u, v)
         hit.triangle_id = primitive_id
         return hit
 
     @ti.func
-    def triangle_hit(self, ray, t, triangle_id, u, v):
+    def describe_found(self, ray, t, triangle_id, u, v):
         """HitData of one triangle, from what ``try_primitive`` found; or as a student's method says it."""
         if ti.static("intersect_triangle" in self.replaced):
             return self.intersect_triangle(ray, triangle_id)
@@ -206,6 +201,16 @@ class RayIntersector:
         return hit
 
     # ── one triangle, one sphere ──
+
+    @ti.func
+    def triangle_hit(self, ray, triangle_id, t_min):
+        """HitData of one triangle beyond t_min; a replaced ``intersect_triangle`` may ask it, too."""
+        corners, hit = self.geometry.triangle(triangle_id), no_hit()
+        if self.is_legal(ray):
+            t, u, v = self.try_corners(ray, self.ray_bounds(ray), triangle_id, triangle_id, corners, 1)
+            if t_min < t:
+                hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
+        return hit
 
     @ti.func
     def try_corners(self, ray, bounds, primitive_id, triangle_id, corners, facing):
