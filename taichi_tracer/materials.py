@@ -100,9 +100,12 @@ class Material(metaclass=WithParameters):
             vars(self)["F0"] = (float(self.F0),) * 3
         vars(self)["extra"] = {key.lower(): tuple(np.ravel(value).tolist()) for key, value in self.extra.items()}
         vars(self)["name"] = printable(str(self.name), keeps="")
-        for name in COLORS:
-            if np.shape(getattr(self, name)) != (3,):
-                raise InputError(f"Material: {name} must be three numbers, not {getattr(self, name)!r}")
+        for name, default in BUILT_IN.items():
+            value, what = getattr(self, name), "three finite numbers" if name in COLORS else "a finite number"
+            is_number = np.shape(value) == np.shape(default) and np.asarray(value).dtype.kind in "iuf"
+            if not (is_number and np.isfinite(value).all()):
+                raise InputError(f"Material: {name} must be {what}, not {value!r}")
+            vars(self)[name] = tuple(np.asarray(value).tolist()) if name in COLORS else value
 
     @property
     def textures(self) -> tuple:
@@ -157,14 +160,13 @@ FIELDS = {*Material.__dataclass_fields__}  # what ``Material`` takes without any
 BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", *TEXTURES, "extra")}
 
 
-class Materials(list):
+class Materials(tuple):
     """The ``Material`` of every id. In a kernel, ``materials[material_id]`` is the struct of its numbers."""
 
     library: "MaterialLibrary"
 
     def __repr__(self) -> str:
-        lines = [f"  {i}: {material!r}" for i, material in enumerate(self)]
-        return "\n".join([f"{len(self)} materials", *lines])
+        return "\n".join([f"{len(self)} materials", *(f"  {i}: {one!r}" for i, one in enumerate(self))])
 
     def __getitem__(self, index):
         if isinstance(index, Expr):
@@ -217,7 +219,7 @@ class MaterialLibrary:
                 return i
         raise InputError(f"material {material.name!r}: none of {', '.join(b.name for b in self.brdfs)} describes it")
 
-    def as_table(self, materials: list[Material]) -> np.ndarray:
+    def as_table(self, materials: Sequence[Material]) -> np.ndarray:
         """(M, n) float64: one row per material, with its numbers in the order of ``members``."""
         rows = [
             np.hstack([getattr(m, n) if n in BUILT_IN else m.value(n, default) for n, default in self.members.items()])

@@ -168,7 +168,7 @@ class ProgressiveRenderer(RendererParts):
         values = sum(integrator.version for integrator in self._integrators.values())
         lights = tuple(light.version for light in scene.lights)
         own = values_of((self, self.active, self.camera, self.sampler, *scene.parts))
-        return own, self.active, values, self.camera.version, scene.version, sky, *lights
+        return own, self.active, values, self.seed, self.camera.version, scene.version, sky, *lights
 
     def is_current(self) -> bool:
         """Whether the samples on the film belong to the present ``state``."""

@@ -191,7 +191,7 @@ class SceneData(KnownAttributes):
         return lines
 
     @property
-    def materials(self) -> list[Material]:
+    def materials(self) -> tuple[Material, ...]:
         """The ``Material`` of every material id."""
         return self.material_library.materials
 

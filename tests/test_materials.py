@@ -17,6 +17,21 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import runtime
 
+NOT_NUMBERS = {"Kd": (np.nan, 0, 0), "Ke": (np.inf, 1, 1), "Ks": (1, 2), "F0": ("a", "b", "c"), "Ns": "50", "d": None}
+
+
+@pytest.mark.parametrize("name", NOT_NUMBERS)
+def test_what_is_no_number_of_a_material_is_named(name):
+    with pytest.raises(tt.InputError, match=f"Material: {name} must be (a|three) finite number"):
+        Material(**{name: NOT_NUMBERS[name]})
+
+
+def test_colours_may_be_arrays_and_materials_of_a_scene_stay(f32):
+    assert Material(Kd=np.array([0.1, 0.2, 0.3])) == Material(Kd=(0.1, 0.2, 0.3))
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        tt.scene_from_mesh(*SQUARE).materials[0] = Material()
+
+
 SHIPPED = (Diffuse(), Phong(), Mirror(), Microfacet())
 
 

@@ -31,6 +31,12 @@ def test_a_new_view_or_camera_starts_over(renderer):
     assert renderer.samples == 0
 
 
+@pytest.mark.parametrize("name", ["scene_data", "camera", "width", "jitter", "sampler", "first_sample"])
+def test_what_a_picture_was_made_of_cannot_be_assigned(name, renderer):
+    with pytest.raises(tt.InputError, match=f"the {name} of a renderer cannot be assigned: make a new renderer"):
+        setattr(renderer, name, getattr(renderer, name))
+
+
 @pytest.fixture(scope="module")
 def lit():
     return tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="studio"), width=16, height=12)
@@ -41,6 +47,16 @@ def test_machine_code_is_made_before_the_first_sample(lit):
     in_kernels = sum(kernel.reading + kernel.translating for kernel in compiling.kernels())
     assert lit.film.counts().min() == lit.film.counts().max() == 1
     assert compiling.seconds_spent() > in_kernels
+
+
+def test_another_seed_starts_over(lit):
+    first = lit.render(2).image()
+    lit.seed = 5
+    other = lit.render(2).image()
+    assert lit.samples == 2
+    assert not np.array_equal(other, first)
+    lit.seed = 0
+    np.testing.assert_array_equal(lit.render(2).image(), first)
 
 
 def test_a2_has_the_handouts_setters_and_modes(lit):

@@ -526,7 +526,7 @@ class Explanation:
     @property
     def remainder(self) -> np.ndarray:
         """(3,) what the terms leave unexplained of the value; 0 if nothing but rounding."""
-        values = np.array([term.value for term in self.terms])
+        values = np.array([np.zeros(3), *(term.value for term in self.terms)])
         rest = self.value - values.sum(axis=0)
         return np.zeros(3) if abs(rest).max() <= ROUNDING * abs(values).max() else rest
 

@@ -225,7 +225,7 @@ class Lamps(Light):
         return pdf
 
 
-def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTable:
+def lamp_table(geometry: Geometry, materials: tuple, two_sided: bool) -> LampTable:
     """The table of the primitives that emit. Primitives that no ray can hit, and those without area, are left out."""
     mesh = geometry.mesh
     colors = np.array([m.Ke for m in materials], np.float64).reshape(-1, 3)

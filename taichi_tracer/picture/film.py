@@ -76,7 +76,8 @@ class Film:
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
             raise InputError(
-                f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
+                f"film: crop {self.crop} does not lie within {width}x{height}: it is (x0, x1, y0, y1), with "
+                "0 <= x0 < x1 <= width, same for y"
             )
         self.ranges = memory.varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1

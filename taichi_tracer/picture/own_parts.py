@@ -47,5 +47,4 @@ def note_samples(renderer: Any) -> None:
     if count > MOST_SAMPLES * of:
         x, y, _ = renderer.film.non_finite_samples()[0]
         found = f"{count:,} of {of:,} samples are NaN or infinite, and are not added"
-        message = f"{renderer.active.name}: {found}; the first at pixel ({x}, {y})"
-        warnings.warn(message, NotFiniteWarning, stacklevel=4)
+        warnings.warn(f"{renderer.active.name}: {found}; the first at pixel ({x}, {y})", NotFiniteWarning, stacklevel=4)

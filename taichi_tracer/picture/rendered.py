@@ -1,6 +1,7 @@
 """What a renderer has of its picture: arrays, files, its error, and how bright it is shown."""
 
 import functools
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,9 @@ from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.progress import ErrorPoint
 from taichi_tracer.system import memory
 from taichi_tracer.system.compile_time import one_at_a_time
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.importing import import_quickly
+from taichi_tracer.system.parts import may_add
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display, fitting_exposure
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 
 
 GAMMA = 2.2  # of the course's windows
+FIXED = {"scene_data", "camera", "width", "height", "jitter", "sampler", "first_sample"}  # once they are there
 
 
 class RenderedPicture:
@@ -38,6 +42,12 @@ class RenderedPicture:
             changes.
     """
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse another scene, camera or size: what was made for the present one would stay."""
+        if name in FIXED and name in vars(self) and not may_add(self, sys._getframe(2)):
+            raise InputError(f"the {name} of a renderer cannot be assigned: make a new renderer")
+        super().__setattr__(name, value)
+
     def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
         """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.
 
@@ -46,8 +56,8 @@ class RenderedPicture:
         Args:
             exposure, tone: as for ``Display``; None leaves the setting as it is.
         """
-        now = self.display
-        self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
+        exposure = self.display.exposure if exposure is None else exposure
+        self.display = Display(exposure, self.display.tone if tone is None else tone)
         return self
 
     def expose(self) -> "Self":
