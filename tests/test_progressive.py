@@ -50,6 +50,7 @@ def test_machine_code_is_made_before_the_first_sample(lit):
 
 
 def test_another_seed_starts_over(lit):
+    lit.reset()
     first = lit.render(2).image()
     lit.seed = 5
     other = lit.render(2).image()
