@@ -58,8 +58,8 @@ class StaleSceneError(RuntimeError):
 def one_of(what: str, value: object, known: Iterable[str]) -> InputError:
     """The error for an unknown name. It lists the known names and, if there is one, suggests a similar name."""
     known = list(known)
-    near = difflib.get_close_matches(str(value), known, n=1)
-    guess = f"did you mean {near[0]!r}? " if near else ""
+    near = nearest(str(value), known) if value else ""
+    guess = f"did you mean {near!r}? " if near else ""
     return InputError(f"unknown {what} {value!r}: {guess}known are {', '.join(known)}")
 
 
