@@ -155,18 +155,18 @@ class RayIntersector:
     def describe(self, ray, t, primitive_id, u, v):
         """HitData of one primitive, from what ``try_primitive`` found."""
         if ti.static(not self.geometry.effects.spheres):
-            return self.describe_found(ray, t, primitive_id, u, v)
+            return self.describe_nearest(ray, t, primitive_id, u, v)
         hit, index = no_hit(), self.geometry.primitives[primitive_id]
         if index < 0:
             hit = self.describe_sphere(ray, t, -1 - index)
         else:
-            hit = self.describe_found(ray, t, index, u, v)
+            hit = self.describe_nearest(ray, t, index, u, v)
         hit.triangle_id = primitive_id
         return hit
 
     @ti.func
-    def describe_found(self, ray, t, triangle_id, u, v):
-        """HitData of one triangle, from what ``try_primitive`` found; or as a student's method says it."""
+    def describe_nearest(self, ray, t, triangle_id, u, v):
+        """HitData of the nearest triangle, once it is found; a replaced ``intersect_triangle`` says it."""
         if ti.static("intersect_triangle" in self.replaced):
             return self.intersect_triangle(ray, triangle_id)
         return self.describe_triangle(ray, t, triangle_id, u, v, self.geometry.triangle(triangle_id))

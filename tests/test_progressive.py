@@ -32,7 +32,7 @@ def test_a_new_view_or_camera_starts_over(renderer):
 
 
 @pytest.mark.parametrize("name", ["scene_data", "camera", "width", "jitter", "sampler", "first_sample"])
-def test_what_a_picture_was_made_of_cannot_be_assigned(name, renderer):
+def test_what_a_picture_was_made_of_cannot_be_assigned(renderer, name):
     with pytest.raises(tt.InputError, match=f"the {name} of a renderer cannot be assigned: make a new renderer"):
         setattr(renderer, name, getattr(renderer, name))
 

@@ -63,9 +63,8 @@ class KnownAttributes:
 
 def may_add(part: object, frame: FrameType) -> bool:
     """Whether the code of a frame may add an attribute: a method of the object, and the packages ``OWN``."""
-    code = frame.f_code
-    is_of_package = code.co_filename.startswith(PACKAGE) or str(frame.f_globals.get("__name__")).split(".")[0] in OWN
-    return is_of_package or (code.co_argcount > 0 and frame.f_locals.get(code.co_varnames[0]) is part)
+    module = str(frame.f_globals.get("__name__")).split(".")[0]
+    return frame.f_code.co_filename.startswith(PACKAGE) or module in OWN or frame.f_locals.get("self") is part
 
 
 def unknown(part: object, name: str) -> InputError:

@@ -353,6 +353,15 @@ def test_the_first_view_does_not_depend_on_the_place(tmp_path, place):
     assert "steps of 0.062 in f32: use --precision f64" in scene.notes[-1]
 
 
+@pytest.mark.parametrize("size", [1e20, 1e-20])
+def test_a_mesh_without_areas_in_f32_is_told(tmp_path, size):
+    rows = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in (CUBE * size / 2).tolist())
+    (tmp_path / "cube.obj").write_text(rows + SIDES)
+    assert (
+        "such areas are no numbers of f32: use --precision f64" in tt.load_scene_data(tmp_path / "cube.obj").notes[-1]
+    )
+
+
 def test_a_document_reads_its_neighbours_and_its_sun_shines_to_the_origin(tmp_path):
     for name in ("scenes", "parts"):
         (tmp_path / name).mkdir()

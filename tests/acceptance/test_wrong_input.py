@@ -65,6 +65,12 @@ WRONG = [
     (["info", "cube", "--parts", "part.py"], "part.py:4"),
     (["compare", "text.png", "text.png"], "text.png"),
     (["explain", "cube", *SMALL, "--pixel", "8", "0"], "8"),
+    (["explain", "cube", *SMALL, "--pixel", "1", "1", "--html", "part.py"], "part.py: the name of this file must end"),
+    (
+        ["explain", "cube", *SMALL, "--pixel", "1", "1", "--json", "index.obj"],
+        "index.obj: the name of this file must end",
+    ),
+    ([*CUBE, "--parts", "no.py"], "no.py: no such file"),
     (["accuracy", "cube", "--budget", "0"], "'0'"),
     (["turntable", "cube", "--frames", "0"], "'0'"),
     (["new-part", "shader", "mine"], "'shader'"),

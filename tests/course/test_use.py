@@ -43,6 +43,12 @@ def normals(name="sphere"):
     )
 
 
+def test_a_folder_of_an_assignment_whose_ids_count_from_0_is_refused(folder):
+    (folder / "taichi_tracer" / "assignment.json").write_text("{}")
+    with pytest.raises(tt.InputError, match="this is a folder of assignment new"):
+        tt.course(folder)
+
+
 def test_files_are_used_in_every_picture_and_answer_until_the_end(folder):
     expected = normals("cube")
     change(folder, "ray_intersector.py", "hit_data.distance = t", "hit_data.distance = 2 * t")

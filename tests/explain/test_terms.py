@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
@@ -54,6 +56,22 @@ def test_the_terms_add_up_to_the_value_of_the_sample(scene_name, name):
     assert hits >= 6
     assert bright > 0
     scene.destroy()
+
+
+@ti.data_oriented
+class Half(tt.Integrator):
+    """An integrator that asks nothing of the scene."""
+
+    name, what = "half", "estimator"
+
+    @ti.func
+    def radiance(self, scene, ray, hit, rng):
+        return tm.vec3(0.5)
+
+
+def test_a_value_without_terms_is_all_remainder(f32):
+    renderer = tt.A3Renderer(tt.load_scene_data("cornell_box"), *SIZE, integrator=Half())
+    np.testing.assert_array_equal(renderer.explain(3, 3).remainder, [0.5, 0.5, 0.5])
 
 
 def check_factors(term, name):

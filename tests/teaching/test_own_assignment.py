@@ -53,6 +53,7 @@ def test_the_commands_tell_what_the_document_says(there, capfd):
     ("file", "text", "message"),
     [
         ("parts.py", "", "parts.py: the file has no PARTS"),
+        ("parts.py", "def f(:\n", "parts.py:1: SyntaxError: invalid syntax$"),
         ("README.md", None, "README.md is missing, so this is no assignment"),
         ("mistakes.py", "MISTAKES = ()", "MISTAKES must be a dict"),
         ("mistakes.py", "MISTAKES = {'X.y': {'n': ('h', ('a', 'b'))}}", "no part"),
